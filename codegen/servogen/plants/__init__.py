@@ -1,0 +1,1 @@
+"""Machine models: continuous state spaces, their exact discretisation, servo and CasADi models."""

@@ -1,0 +1,1 @@
+"""Polyhedra, redundancy, and maximal output-admissible sets with their proofs."""
