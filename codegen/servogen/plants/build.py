@@ -41,7 +41,8 @@ def build_stage(settings: StageSettings) -> StateSpace:
     gain = model.dc_gain
     if not abs(gain - 1.0) <= DC_GAIN_TOLERANCE:
         raise PlantError(_key(settings), f"of dc gain {gain:.9g}", "dc gain 1")
-    return StateSpace(model.a, model.b / gain, model.c)
+    # with (1, 0, 0, ...) at rest a + b = 0 in the first column: unit gain to the last digit
+    return StateSpace(model.a, 0.0 - model.a[:, 0], model.c)
 
 
 def slow_plant(settings: StageSettings) -> StateSpace:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servogen.plants.errors import PlantError
-from servogen.plants.motion import observability_form
+from servogen.plants.motion import motion_form
 from servogen.plants.statespace import StateSpace
 
 
@@ -28,4 +28,4 @@ def servo(bandwidth_rad_per_s: float, damping: float) -> StateSpace:
     w = float(bandwidth_rad_per_s)
     middle = 1.0 + 2.0 * float(damping)
     characteristic = np.array([w**3, middle * w**2, middle * w])
-    return observability_form(characteristic, np.array([0.0, 0.0, w**3]))
+    return motion_form(characteristic, np.array([0.0, 0.0, w**3]))

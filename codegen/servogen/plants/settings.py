@@ -1,4 +1,4 @@
-"""What a stage table of the project file says about its model, checked for shape and nothing else."""
+"""What a stage table of the project file says about its model; nothing but shapes is checked."""
 
 from __future__ import annotations
 

@@ -85,10 +85,10 @@ class StateSpace:
     def bandwidth_3db(self) -> float:
         """Lowest frequency at which the gain is 1/sqrt(2) of the dc gain, rad/s; inf if none is."""
         poles = np.abs(self.poles)
-        level = abs(self.dc_gain) / np.sqrt(2.0)
+        level = abs(self.dc_gain) / float(np.sqrt(2.0))
 
         def excess(log_frequency: float) -> float:
-            return abs(self.response(float(np.exp(log_frequency)))) - level
+            return float(abs(self.response(float(np.exp(log_frequency)))) - level)
 
         grid = np.linspace(np.log(1e-3 * poles.min()), np.log(1e3 * poles.max()), 2000)
         values = np.array([excess(point) for point in grid])

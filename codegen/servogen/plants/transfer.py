@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from servogen.plants.errors import PlantError
-from servogen.plants.motion import check_relative_degree, observability_form
+from servogen.plants.motion import check_relative_degree, motion_form
 from servogen.plants.statespace import FloatArray, StateSpace
 
 
@@ -42,4 +42,4 @@ def transfer_function(numerator: Sequence[float], denominator: Sequence[float]) 
         markov[i] = padded[i] - den[1 : i + 1] @ markov[i - 1 :: -1][:i] if i else padded[0]
     rate = float(np.max(np.abs(np.roots(den)))) or 1.0
     check_relative_degree(markov / rate ** np.arange(1, n + 1))
-    return observability_form(den[:0:-1], markov)
+    return motion_form(den[:0:-1], markov)

@@ -87,7 +87,7 @@ def inter_sample_maps(
 def axis_outputs(
     slow: StateSpace, sample_time_s: float, limits: AxisLimits, inter_sample_rows: int
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """All rows of one sample in (e, v, a, ..., r) coordinates, (4 + 4 m, n + 1), and their names."""
+    """All rows of one sample in (e, v, a, ..., r), (4 + 4 m, n + 1), and their names."""
     base = shift_rows(discretise(slow, sample_time_s), limits)
     kinds = ("position", "velocity", "acceleration", "error")
     blocks, names = [base], list(kinds)
@@ -109,7 +109,7 @@ def to_state_and_command(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
 def constraint_rows(
     slow: StateSpace, sample_time_s: float, limits: AxisLimits, inter_sample_rows: int = 0
 ) -> ConstraintRows:
-    """The constraints (12) of one sample on state and (constant) command; see ``ConstraintRows``."""
+    """The constraints (12) of one sample, on state and constant command; see ``ConstraintRows``."""
     rows, names = axis_outputs(slow, sample_time_s, limits, inter_sample_rows)
     x_rows, r_rows = to_state_and_command(rows)
     return ConstraintRows(read_only(x_rows), read_only(r_rows), names)
