@@ -131,10 +131,13 @@ def _read_text(path: Path) -> str:
 def _parse(path: Path, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError is one; int() of 5000 digits raises another
+    except tomllib.TOMLDecodeError as error:
         message = str(error)
+    except ValueError:  # Python's own limit on the digits of a whole number
+        digits = "a whole number of thousands of digits"
+        raise InputError(path, "a value", digits, "one that a machine can have") from None
     at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)$", message)
-    reason = message[: at.start()] if at else message.split(";")[0]
+    reason = message[: at.start()] if at else message
     lines = text.splitlines() or [""]
     number = int(at[1]) if at and at[1] else len(lines)
     line = lines[min(number, len(lines)) - 1].strip()

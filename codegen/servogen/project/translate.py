@@ -7,34 +7,36 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_origin
+from typing import Any, get_args, get_origin
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from servogen.errors import InputError
 from servogen.project.fields import expected_text, one_of, unit_of
-from servogen.project.machine import AxisLikeX
+from servogen.project.machine import Axis, AxisLikeX
 from servogen.project.walk import Place, all_keys, fields_by_key, locate, tables_of
 
 _UNIT_END = re.compile(
     r"_(rad_per_s|deg_per_s|m_per_s2|mm_per_s2|m_per_s|mm_per_s|m_per_min|mm_per_min|in_per_min"
-    r"|km_per_h|khz|hz|mhz|km|cm|mm|um|nm|in|inch|ft|ns|us|ms|s|sec|min|g|rad|deg|pct|percent)$",
+    r"|km_per_h|khz|hz|mhz|km|cm|mm|um|nm|m|in|inch|ft|ns|us|ms|s|sec|min|g|rad|deg|pct|percent)$",
     re.IGNORECASE,
 )
 _LONGEST_VALUE = 60
+Keys = tuple[str | int, ...]
 
 
 def to_input_error(file: Path, raw: Mapping[str, Any], error: ValidationError) -> InputError:
     """The first finding in file order as an InputError; the others are counted."""
-    found: dict[tuple[str | int, ...], tuple[str, str]] = {}
+    found: dict[Keys, tuple[str, str]] = {}
     for item in error.errors(include_url=False, include_context=True):
         place, sentence = _finding(raw, item)
         found.setdefault(place, sentence)
     renamed = _renamed(found)
     kept = {keys: text for keys, text in found.items() if keys not in renamed}
     order = _file_order(raw)
-    first = min(kept, key=lambda keys: _position(order, keys))
+    # Another version of the format explains everything else that is wrong.
+    first = ("schema",) if ("schema",) in kept else min(kept, key=lambda k: _position(order, k))
     value, expected = kept[first]
     more = len(kept) - 1
     suffix = f" (and {more} more wrong {'key' if more == 1 else 'keys'})" if more else ""
@@ -64,6 +66,8 @@ def value_text(value: object) -> str:
 
 
 def _plain(value: object) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        return "an array of tables"
     if isinstance(value, list):
         # Enough items to pass the limit; a list of a million need not be written out for this.
         return "[" + ", ".join(value_text(item) for item in value[:_LONGEST_VALUE]) + "]"
@@ -72,7 +76,7 @@ def _plain(value: object) -> str:
     return str(value)
 
 
-def _finding(raw: Mapping[str, Any], item: Any) -> tuple[tuple[str | int, ...], tuple[str, str]]:
+def _finding(raw: Mapping[str, Any], item: Any) -> tuple[Keys, tuple[str, str]]:
     place, kind = locate(item["loc"]), item["type"]
     if kind in ("union_tag_invalid", "union_tag_not_found") and place.field is not None:
         tag = Place((*place.keys, "model"), place.table, None)
@@ -89,8 +93,10 @@ def _expected(place: Place) -> str:
     if field is None:
         return "a table"
     text = expected_text(place.key, field)
-    if isinstance(place.keys[-1], int) and get_origin(field.annotation) is tuple:
-        return "a finite number (or a row of them) in " + text
+    depth = sum(isinstance(key, int) for key in place.keys)
+    if depth:
+        rows = get_origin(get_args(field.annotation)[0]) is not None
+        return "a row of numbers" if rows and depth == 1 else "a finite number"
     if get_origin(field.annotation) is dict and place.key not in fields_by_key(place.table):
         return text if text != "a table of names and numbers" else "a number"
     finite = "number" in text and "finite" not in text and "whole" not in text
@@ -108,7 +114,7 @@ def _value_at(raw: Any, keys: Sequence[str | int]) -> str:
 
 def _unknown(raw: Mapping[str, Any], place: Place) -> tuple[str, str]:
     value = _value_at(raw, place.keys)
-    if place.table is AxisLikeX:
+    if place.table is AxisLikeX and place.key in fields_by_key(Axis):
         return value, 'either same_as = "x" or the tables slow and fast, not both'
     known = fields_by_key(place.table)
     other_unit = _same_quantity(place.key, known)
@@ -135,9 +141,9 @@ def _same_quantity(key: str, known: Mapping[str, FieldInfo]) -> str | None:
     return next((name for name in known if _UNIT_END.sub("", name) == stem), None)
 
 
-def _renamed(found: Mapping[tuple[str | int, ...], tuple[str, str]]) -> set[tuple[str | int, ...]]:
+def _renamed(found: Mapping[Keys, tuple[str, str]]) -> set[Keys]:
     """Missing keys that an unknown one beside them stands for: one mistake, told once."""
-    twins: set[tuple[str | int, ...]] = set()
+    twins: set[Keys] = set()
     for keys, (value, expected) in found.items():
         for other, (state, _) in found.items():
             if state != "missing" or other[:-1] != keys[:-1] or other == keys:
@@ -148,10 +154,10 @@ def _renamed(found: Mapping[tuple[str | int, ...], tuple[str, str]]) -> set[tupl
     return twins
 
 
-def _file_order(raw: Mapping[str, Any]) -> dict[tuple[str | int, ...], int]:
-    order: dict[tuple[str | int, ...], int] = {}
+def _file_order(raw: Mapping[str, Any]) -> dict[Keys, int]:
+    order: dict[Keys, int] = {}
 
-    def visit(keys: tuple[str | int, ...], value: Any) -> None:
+    def visit(keys: Keys, value: Any) -> None:
         order[keys] = len(order)
         if isinstance(value, Mapping):
             for key, inner in value.items():
@@ -161,9 +167,7 @@ def _file_order(raw: Mapping[str, Any]) -> dict[tuple[str | int, ...], int]:
     return order
 
 
-def _position(
-    order: Mapping[tuple[str | int, ...], int], keys: tuple[str | int, ...]
-) -> tuple[int, int]:
+def _position(order: Mapping[Keys, int], keys: Keys) -> tuple[int, int]:
     """Where a key stands; what is missing comes after the last key of the table it belongs to."""
     for length in range(len(keys), -1, -1):
         parent = keys[:length]

@@ -1,0 +1,101 @@
+"""Progress of what takes longer than two seconds, told on a terminal and nowhere else."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING, Protocol, TextIO
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
+
+PATIENCE_S = 2.0
+
+
+class Task(Protocol):
+    """One piece of work under way."""
+
+    def advance(self, steps: int = 1) -> None:
+        """So many of the total are done."""
+
+
+class Progress(Protocol):
+    """Where work tells how far it is: ``with progress.task("Computing sets", total=n) as t:``."""
+
+    def task(self, title: str, total: int | None = None) -> AbstractContextManager[Task]:
+        """A piece of work; ``total`` in the units of ``advance``, None where nobody knows."""
+
+
+class Silent:
+    """Progress that nobody watches."""
+
+    @contextmanager
+    def task(self, title: str, total: int | None = None) -> Iterator[Task]:
+        """See ``Progress.task``."""
+        yield _SilentTask()
+
+
+class _SilentTask:
+    def advance(self, steps: int = 1) -> None:
+        pass
+
+
+class TerminalProgress:
+    """Bars on a terminal, each shown once its work has lasted ``patience_s``, gone when done.
+
+    Tasks may be nested; all are used from one thread.
+    """
+
+    def __init__(self, stream: TextIO, patience_s: float = PATIENCE_S) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress as Bars
+
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
+        console = Console(file=stream, force_terminal=True)
+        self._bars = Bars(*columns, console=console, transient=True)
+        self._patience_s = patience_s
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def task(self, title: str, total: int | None = None) -> Iterator[Task]:
+        """See ``Progress.task``."""
+        bar = self._bars.add_task(title, total=total, visible=False)
+        # The clock shows the bar, not the work: work that never calls advance shows one as well.
+        clock = threading.Timer(self._patience_s, self._show, [bar])
+        clock.daemon = True
+        clock.start()
+        try:
+            yield _Bar(self._bars, bar)
+        finally:
+            clock.cancel()
+            with self._lock:
+                self._bars.remove_task(bar)
+                if not self._bars.task_ids:
+                    self._bars.stop()
+
+    def _show(self, bar: TaskID) -> None:
+        with self._lock:
+            if bar in self._bars.task_ids:
+                self._bars.update(bar, visible=True)
+                self._bars.start()
+
+
+class _Bar:
+    def __init__(self, bars: Bars, bar: TaskID) -> None:
+        self._bars, self._bar = bars, bar
+
+    def advance(self, steps: int = 1) -> None:
+        self._bars.advance(self._bar, steps)
+
+
+def for_stream(stream: TextIO) -> Progress:
+    """Bars where ``stream`` is a terminal, silence elsewhere."""
+    return TerminalProgress(stream) if stream.isatty() else Silent()
