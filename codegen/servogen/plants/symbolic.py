@@ -109,8 +109,8 @@ def equilibrium(
     jacobian = ca.Function("jacobian", [x, ca.vertcat(p, u)], [ca.jacobian(slopes, x)])
     # abstol 0 would never be met and the step test decides: residuals carry units up to m/s^3
     options = {"abstol": 1e-300, "abstolStep": 1e-13, "max_iter": 100, "error_on_fail": False}
-    solver = ca.rootfinder("rest", "newton", residual, options)
-    try:
+    try:  # both the construction (structurally singular) and the call can refuse
+        solver = ca.rootfinder("rest", "newton", residual, options)
         point = np.asarray(solver(np.zeros(x.numel()), known), dtype=np.float64).ravel()
         left = np.asarray(residual(point, known), dtype=np.float64).ravel()
         step = np.linalg.solve(np.asarray(jacobian(point, known), dtype=np.float64), left)

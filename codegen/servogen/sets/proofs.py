@@ -16,6 +16,8 @@ from servogen.sets.polyhedron import maximise
 
 # What the redundancy test forgives, plus what two linear programs leave open.
 PROOF_TOLERANCE = 1e-8
+# Corners of a facet that are mixed; as many as a simplex of states and command has, and one more.
+CORNERS = 5
 
 
 @dataclass(frozen=True)
@@ -131,8 +133,11 @@ def check_maximality(
     steps = 2 * target.finite_step + 20
     points = innocent = latest = 0
     least = float("inf")
+    h = np.column_stack([target.h_x, target.h_r])
+    sizes = np.array([maximise(h, target.k, axis).value for axis in np.eye(h.shape[1])])
     for facet in range(target.k.size // 2):
-        corners = _facet_corners(target, facet, generator, count=6)
+        objectives = generator.normal(size=(CORNERS, h.shape[1])) / sizes
+        corners = _facet_corners(h, target.k, facet, objectives)
         shares = generator.dirichlet(np.ones(len(corners)), size=samples)
         for point in shares @ corners * (1.0 + distance):
             history = _excesses(rows, held.a, held.b, point, steps)
@@ -145,17 +150,12 @@ def check_maximality(
     return MaximalityCheck(points, innocent, least, latest)
 
 
-def _facet_corners(
-    target: AdmissibleSet, facet: int, generator: np.random.Generator, count: int
-) -> FloatArray:
-    """(count, n + 1) corners (x, r) of one facet."""
-    h = np.column_stack([target.h_x, target.h_r])
-    on_facet = np.vstack([h, -h[facet]])
-    bounds = np.append(target.k, -target.k[facet])
-    sizes = np.array([maximise(h, target.k, axis).value for axis in np.eye(h.shape[1])])
+def _facet_corners(h: FloatArray, k: FloatArray, facet: int, objectives: FloatArray) -> FloatArray:
+    """(objectives, n + 1) corners (x, r) of one facet, one for each objective."""
+    on_facet, bounds = np.vstack([h, -h[facet]]), np.append(k, -k[facet])
     corners = []
-    for _ in range(count):
-        best = maximise(on_facet, bounds, generator.normal(size=h.shape[1]) / sizes)
+    for objective in objectives:
+        best = maximise(on_facet, bounds, objective)
         assert best.point is not None  # the set is bounded
         corners.append(best.point)
     return np.array(corners)
