@@ -127,7 +127,7 @@ def _tables(program: Program) -> dict[str, int]:
             if item.constant and item.defined:
                 tables[name] = size_of(item.type) + (0 if item.external else tables.get(name, 0))
         for function in unit.functions.values():
-            for declaration in static_constants(function):
+            for declaration in static_constants(function.body):
                 label = f"{function.decl.name}.{declaration.name}"
                 tables[label] = size_of(unit.declared_type(declaration)) + tables.get(label, 0)
     return tables
