@@ -18,7 +18,7 @@ import typer
 from servogen import __version__
 from servogen.errors import InputError, ServogenError
 from servogen.jsontext import json_text
-from servogen.outputs import check_writable, write_file
+from servogen.outputs import check_file, check_tree, write_file
 
 CHECK_FAILED, WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 1, 2, 70, 130, 141
 
@@ -90,22 +90,20 @@ def build(
 ) -> None:
     """Emit the C of the project's controller."""
     folder = toml.parent / "build" if out is None else out
-    _run_step("build", toml, None, folder)
+    _run_step("build", toml, None, folder, place=lambda: check_tree(folder))
 
 
 @app.command()
 def sil(
     toml: Toml,
     steps: Annotated[
-        int | None,
+        str | None,
         typer.Option(metavar="N", help="Slow periods to compare. Default: the whole path."),
     ] = None,
     json: Json = None,
 ) -> None:
     """Compile the C and prove it equal to the reference."""
-    if steps is not None and steps < 1:
-        raise InputError(None, "--steps", steps, "a whole number at least 1")
-    _run_step("sil", toml, json, steps=steps)
+    _run_step("sil", toml, json, steps=None if steps is None else _count("--steps", steps))
 
 
 @app.command()
@@ -147,7 +145,7 @@ def report(
     ],
 ) -> None:
     """Write the report, one HTML file with everything in it."""
-    _run_step("report", toml, None, out)
+    _run_step("report", toml, None, out, place=lambda: check_file(out))
 
 
 @app.command()
@@ -160,20 +158,29 @@ def run(
 ) -> None:
     """All of it in order: build, sil, wcet, simulate, study, report."""
     folder = toml.parent / "out" if out is None else out
-    _run_step("run", toml, None, folder)
+    _run_step("run", toml, None, folder, place=lambda: check_tree(folder / "c"))
 
 
-def _run_step(verb: str, toml: Path, json: Path | None, *args: object, **options: object) -> None:
-    """Load the project, look at the places to write to, do the step, tell, and set the status.
+def _run_step(
+    verb: str,
+    toml: Path,
+    json: Path | None,
+    *args: object,
+    place: Callable[[], None] | None = None,
+    **options: object,
+) -> None:
+    """Load the project, do the step, tell, and set the status.
 
     What costs seconds to import is imported here, after the project file has been found well.
     """
     from servogen.project import load_project
 
     project = load_project(toml)
-    for place in (*args, json):
-        if isinstance(place, Path) and str(place) != "-":
-            check_writable(place)
+    # Before the work, so that a mistyped place costs a second and not minutes.
+    if place is not None:
+        place()
+    if json is not None and str(json) != "-":
+        check_file(json)
     from servogen import pipeline
     from servogen.progress import for_stream
 
@@ -189,6 +196,13 @@ def _run_step(verb: str, toml: Path, json: Path | None, *args: object, **options
         raise typer.Exit(CHECK_FAILED)
 
 
+def _count(option: str, text: str) -> int:
+    """A whole number above zero; typer's own message would not say what stood there."""
+    if not (text.isascii() and text.isdigit() and 0 < len(text) < 19 and int(text) > 0):
+        raise InputError(None, option, text, "a whole number at least 1")
+    return int(text)
+
+
 def _hand_out(place: Path, data: Mapping[str, Any]) -> None:
     if str(place) == "-":
         sys.stdout.write(json_text(data))
@@ -202,20 +216,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         _never_fail_on_a_character(stream)
     try:
-        status = app(arguments or ["--help"], standalone_mode=False)
+        status = int(app(arguments or ["--help"], standalone_mode=False) or 0)
+        if status == INTERRUPTED:  # some versions of typer answer Ctrl-C with the status alone
+            raise KeyboardInterrupt
         sys.stdout.flush()
     except ServogenError as error:
         return _fail(str(error), error.exit_status)
     except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", INTERRUPTED)
-    except typer.Exit as leaving:
-        return int(leaving.exit_code)
     except BrokenPipeError:  # "servogen ... | head": the reader has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
     except Exception as error:
         return _fail_unexpectedly(error)
-    return WRONG_INPUT if not arguments else int(status or 0)
+    return status if arguments else WRONG_INPUT
 
 
 def _fail_unexpectedly(error: Exception) -> int:

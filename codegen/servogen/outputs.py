@@ -6,6 +6,7 @@ into place. An interrupt leaves the old file or folder as it was, and nothing te
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -18,6 +19,8 @@ from servogen.ownership import SCRATCH_PREFIX, check_replaceable
 
 MARKER = "manifest.json"
 
+_FILE, _FOLDER = "the output file", "the output folder"
+
 
 def write_file(path: Path, data: bytes | str) -> None:
     """Write one file atomically, making the folders above it.
@@ -25,10 +28,9 @@ def write_file(path: Path, data: bytes | str) -> None:
     Raises:
         InputError: the place cannot be written, or is a folder.
     """
-    with _output_errors(path, "the output file"):
+    with _output_errors(path, _FILE):
         real = Path(os.path.realpath(path))  # through a link, so that the link stays one
-        if real.is_dir():
-            raise InputError(path, "the output file", "a folder", "the name of a file")
+        _refuse_folder(path, real)
         if _is_device(real):
             _write(real, data)
             return
@@ -60,7 +62,7 @@ def write_tree(out: Path, files: Mapping[str, bytes | str], marker: str | None =
         pure = PurePosixPath(name)
         if pure.is_absolute() or ".." in pure.parts or not pure.parts:
             raise ValueError(f"not a name inside the output folder: {name!r}")
-    with _output_errors(out, "the output folder"):
+    with _output_errors(out, _FOLDER):
         check_replaceable(out, marker)
         real = Path(os.path.realpath(out))
         with _parents_of(real):
@@ -75,21 +77,39 @@ def write_tree(out: Path, files: Mapping[str, bytes | str], marker: str | None =
                 shutil.rmtree(scratch, ignore_errors=True)
 
 
-def check_writable(path: Path) -> None:
-    """Raise an InputError if nothing can be made at ``path``; leaves no trace.
+def check_file(path: Path) -> None:
+    """Raise the InputError that ``write_file`` would raise now; leaves no trace.
 
-    Asked before long computations, so that a mistyped folder costs a second and not minutes.
+    Asked before long computations, so that a mistyped name costs a second and not minutes.
     """
-    with _output_errors(path, "the output"):
+    with _output_errors(path, _FILE):
         real = Path(os.path.realpath(path))
-        if _is_device(real):
-            return
-        with _parents_of(real, keep=False):
-            scratch = _scratch_in(real if real.is_dir() else real.parent)
-            try:
-                scratch.write_bytes(b"")
-            finally:
-                scratch.unlink(missing_ok=True)
+        _refuse_folder(path, real)
+        if not _is_device(real):
+            _try_to_write(real)
+
+
+def check_tree(out: Path, marker: str | None = MARKER) -> None:
+    """Raise the InputError that ``write_tree`` would raise now; leaves no trace."""
+    with _output_errors(out, _FOLDER):
+        check_replaceable(out, marker)
+        real = Path(os.path.realpath(out))
+        _try_to_write(real / "any" if real.is_dir() else real)
+
+
+def _refuse_folder(path: Path, real: Path) -> None:
+    if real.is_dir():
+        raise InputError(path, _FILE, "a folder", "the name of a file")
+
+
+def _try_to_write(real: Path) -> None:
+    with _parents_of(real, keep=False):
+        scratch = _scratch_in(real.parent)
+        try:
+            scratch.write_bytes(b"")
+            real.exists()  # a name too long is told here
+        finally:
+            scratch.unlink(missing_ok=True)
 
 
 def _fill(folder: Path, files: Mapping[str, bytes | str]) -> None:
@@ -141,6 +161,9 @@ def _scratch_in(folder: Path) -> Path:
 def _parents_of(path: Path, keep: bool = True) -> Iterator[None]:
     """Make the folders above ``path``; take those made away again on failure or when not kept."""
     made = [parent for parent in path.parents if not parent.exists()]
+    nearest = next(parent for parent in path.parents if parent.exists())
+    if not nearest.is_dir():  # else the system says "file exists", which helps nobody
+        raise NotADirectoryError(errno.ENOTDIR, f"{nearest.name} is not a directory")
     done = False
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -163,4 +186,4 @@ def _output_errors(path: Path, key: str) -> Iterator[None]:
             raise
         reason = getattr(error, "strerror", None) or str(error)
         expected = "a place that can be written"
-        raise InputError(path, key, f"not writable ({reason.lower()})", expected) from error
+        raise InputError(path, key, f"not writable ({reason})", expected) from error

@@ -186,3 +186,25 @@ def _check_theorem_1(
                 "a step from rest that stays in the interior of the admissible set, as Theorem 1 "
                 f"asks ({row}): a lower feed or wider limits",
             )
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A project's plants, sets and timed path, all judged."""
+
+    plants: Plants
+    sets: Sets
+    timed: TimedPath
+
+
+def check_project(project: Project) -> Parts:
+    """Build and judge all parts; the whole of what can be wrong with an input.
+
+    Raises:
+        InputError: see the parts.
+    """
+    plants = check_plants(project)
+    sets = check_sets(project, plants)
+    timed = timed_path(project)
+    check_path(project, timed, sets)
+    return Parts(plants, sets, timed)
