@@ -375,7 +375,7 @@ PATHS = (
     Bad(
         "path out of the workspace",
         drawing("a.dxf", dxf(line(380, 0, 410, 0))),
-        ("point ", "(0.396", "LINE", "outside the workspace", "at most 0.396 m"),
+        ("point ", "(0.396", "LINE", "outside the workspace", "below 0.396 m"),
         "a.dxf",
     ),
     Bad(

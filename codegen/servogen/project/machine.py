@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, Tag
 
 from servogen.project.fields import FileName, Matrix, Section, Vector, told
 
+_MODEL = Field(description="kind of model, see above")
 Bandwidth = Annotated[float, Field(gt=0, le=1e6, description="speed of the servo loop")]
 Damping = Annotated[float, Field(gt=0, le=5, description="damping of its complex pair")]
 Numerator = Annotated[
@@ -43,7 +44,7 @@ Function = Annotated[
 class _Servo(Section):
     """Third-order servo loop w^3 / ((s + w)(s^2 + 2 zeta w s + w^2)), dc gain one."""
 
-    model: Literal["servo"]
+    model: Annotated[Literal["servo"], _MODEL]
     bandwidth_rad_per_s: Bandwidth
     damping: Damping
 
@@ -51,7 +52,7 @@ class _Servo(Section):
 class _TransferFunction(Section):
     """Position over commanded position as a ratio of polynomials in s."""
 
-    model: Literal["transfer_function"]
+    model: Annotated[Literal["transfer_function"], _MODEL]
     numerator: Numerator
     denominator: Denominator
 
@@ -59,7 +60,7 @@ class _TransferFunction(Section):
 class _StateSpace(Section):
     """Continuous-time state space with one input, the commanded position in metres."""
 
-    model: Literal["state_space"]
+    model: Annotated[Literal["state_space"], _MODEL]
     a: StateMatrix
     b: InputVector
     c: OutputVector
@@ -68,11 +69,11 @@ class _StateSpace(Section):
 class _Python(Section):
     """A user's own model, written as CasADi expressions in a Python file."""
 
-    model: Literal["python"]
+    model: Annotated[Literal["python"], _MODEL]
     file: ModelFile
     function: Function
     parameters: Annotated[
-        dict[str, float], Field(description="numbers that the function is called with")
+        dict[str, float], Field(description="values that the function is called with")
     ] = Field(default_factory=dict)
 
 

@@ -153,12 +153,12 @@ def _check_workspace(
 ) -> None:
     tightening = project.controller.governor.steady_state_tightening
     reach = (1.0 - tightening) * axis.slow.position_limit_m
-    outside = np.flatnonzero(np.abs(along) > reach)
+    outside = np.flatnonzero(np.abs(along) >= (1.0 - INTERIOR_MARGIN) * reach)
     if outside.size == 0:
         return
     index = int(outside[0])
     expected = (
-        f"|{name}| at most {reach:.6g} m, machine.{name}.slow.position_limit_m less "
+        f"|{name}| below {reach:.6g} m, machine.{name}.slow.position_limit_m less "
         "controller.governor.steady_state_tightening of it"
     )
     raise InputError(
