@@ -41,6 +41,9 @@ static inline void sg_hit(int what, int times) { sg_tally[what] += (unsigned lon
 #define SG_SWITCH(n, e) (sg_hit(SG_N_INT_CMP, n), sg_hit(SG_N_BRANCH, n), (e))
 #define SG_CALL(e) (sg_hit(SG_N_CALL, 1), (e))
 #define SG_COUNT(what, e) (sg_hit(what, 1), (e))
+#define SG_WORDS(loads, stores, bytes, e) \
+    (sg_hit(SG_N_CALL, 1), sg_hit(SG_N_INT_LOAD, (loads) * (((int)(bytes) + 3) / 4)), \
+     sg_hit(SG_N_INT_STORE, (stores) * (((int)(bytes) + 3) / 4)), (e))
 #define SG_COPY(reals, others, e) \
     (sg_hit(SG_N_LOAD, reals), sg_hit(SG_N_INT_LOAD, others), \
      sg_hit(SG_N_STORE, reals), sg_hit(SG_N_INT_STORE, others), (e))

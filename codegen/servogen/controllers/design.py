@@ -1,0 +1,194 @@
+"""What a controller declares, once, for the reference, the C, the harness, the counts and the docs.
+
+A ``Declaration`` names everything the emitted C will contain: constants, tables, state, operations
+with their ports. The Python reference offers methods of the same names; one harness drives both.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Protocol
+
+import numpy as np
+
+from servogen.precision import FloatArray, Precision
+
+Value = int | float | np.floating | FloatArray
+
+
+class Status(IntEnum):
+    """What a step says about itself; the values are those of ``sg_status`` in the C runtime."""
+
+    OK = 0
+    PRIMING = 1  # the horizon is being filled; the machine stands
+    FINISHED = 2  # the whole path is processed
+    SUBOPTIMAL = 3  # iteration cap reached with a feasible iterate, which is used
+    BACKUP = 4  # iteration cap reached without one; the shifted plan (Corollary 1) is used
+    INFEASIBLE = 5  # not even the shifted plan is feasible from the measured state; it is held
+    NOT_FINITE = 6  # an input is NaN or infinite; the plan goes on without the measurement
+    OUT_OF_RANGE = 7  # an input is outside its declared range; likewise
+    OVERFLOW = 8  # more points or intervals than there is room for; nothing was taken
+    NOT_READY = 9  # called before reset
+
+
+@dataclass(frozen=True)
+class Port:
+    """One input or output of an operation.
+
+    Attributes:
+        name: C identifier.
+        unit: for the comment, ``m``.
+        doc: what it is.
+        size: 0 for a scalar, else the array's length.
+        integer: ``int32_t`` instead of the scalar type.
+        low, high: declared range of an input; None where any value of the type is met.
+    """
+
+    name: str
+    unit: str
+    doc: str
+    size: int = 0
+    integer: bool = False
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An entry point ``<prefix>_<name>(self, in, out)``; no struct where there are no ports.
+
+    ``returns_status`` is False for operations that cannot fail and have nothing to say.
+    """
+
+    name: str
+    doc: str
+    inputs: tuple[Port, ...] = ()
+    outputs: tuple[Port, ...] = ()
+    returns_status: bool = True
+
+
+@dataclass(frozen=True)
+class Table:
+    """A constant table: float arrays take the project's precision, one or two dimensions."""
+
+    name: str
+    values: FloatArray
+    doc: str
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values, dtype=np.float64)
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A scalar of the scalar type."""
+
+    name: str
+    value: float
+    doc: str
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """An integer constant: an array size, a loop bound, a cap."""
+
+    name: str
+    value: int
+    doc: str
+
+
+@dataclass(frozen=True)
+class StateField:
+    """One member of ``<prefix>_t``.
+
+    Attributes:
+        size: name of a ``Dimension``, or empty for a scalar.
+        type: empty for the scalar type, ``int32_t``, or the prefix of a controller used.
+    """
+
+    name: str
+    doc: str
+    size: str = ""
+    type: str = ""
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """All that emission, counting and proof need to know of one controller.
+
+    Attributes:
+        kind: which template lays it out (``governor``, ``mpc``, ...).
+        prefix: C prefix of all names.
+        summary: one line for the head of the file.
+        sample_time_s: period at which ``step`` is called.
+        uses: prefixes of the controllers it calls.
+        facts: decisions a template may need that are not numbers in the C (flags, sub-prefixes).
+    """
+
+    kind: str
+    prefix: str
+    summary: str
+    precision: Precision
+    sample_time_s: float
+    dimensions: tuple[Dimension, ...]
+    constants: tuple[Constant, ...]
+    tables: tuple[Table, ...]
+    operations: tuple[Operation, ...]
+    state: tuple[StateField, ...]
+    uses: tuple[str, ...] = ()
+    facts: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def table_bytes(self) -> int:
+        return sum(t.values.size for t in self.tables) * self.precision.bytes
+
+    def operation(self, name: str) -> Operation:
+        return next(op for op in self.operations if op.name == name)
+
+    def fingerprint(self) -> dict[str, object]:
+        """A plain structure with every decision in it, in a fixed order."""
+        return {
+            "kind": self.kind,
+            "prefix": self.prefix,
+            "precision": self.precision.name,
+            "sample_time_s": self.sample_time_s.hex(),
+            "dimensions": [[d.name, d.value] for d in self.dimensions],
+            "constants": [[c.name, float(c.value).hex()] for c in self.constants],
+            "tables": [
+                [t.name, list(t.values.shape), hashlib.sha256(t.values.tobytes()).hexdigest()]
+                for t in self.tables
+            ],
+            "operations": [
+                [op.name, [[p.name, p.size, p.low, p.high] for p in op.inputs + op.outputs]]
+                for op in self.operations
+            ],
+            "state": [[f.name, f.size, f.type] for f in self.state],
+            "uses": list(self.uses),
+            "facts": {key: str(self.facts[key]) for key in sorted(self.facts)},
+        }
+
+
+def design_hash(declarations: tuple[Declaration, ...]) -> str:
+    """Names a build: sha-256 over every decision of every controller in it."""
+    text = json.dumps([d.fingerprint() for d in declarations], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class Reference(Protocol):
+    """A Python reference: operations are methods of the declared names.
+
+    ``call("step", inputs)`` returns the status and the outputs by port name.
+    """
+
+    @property
+    def declaration(self) -> Declaration: ...
+
+    def call(
+        self, operation: str, inputs: Mapping[str, Value] | None = None
+    ) -> tuple[Status, dict[str, Value]]: ...

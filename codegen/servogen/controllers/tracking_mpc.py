@@ -1,0 +1,420 @@
+"""Tracking MPC (16) of one axis, solved by PQP (20)-(21) with Corollary 1 as its backup."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from servogen.controllers.arithmetic import cast, check_port
+from servogen.controllers.design import (
+    Constant,
+    Declaration,
+    Dimension,
+    Operation,
+    Port,
+    StateField,
+    Status,
+    Table,
+    Value,
+)
+from servogen.plants.statespace import Discrete, StateSpace, discretise
+from servogen.precision import FloatArray, Precision
+from servogen.qp.condense import CondensedQp, TrackingWeights, condense
+from servogen.qp.ordered import matvec
+from servogen.qp.pqp import PqpTables, pqp_tables, shift_duals, solve
+from servogen.qp.tolerances import QpTolerances, tolerances
+from servogen.sets.admissible import AdmissibleSet
+from servogen.sets.constraints import AxisLimits
+
+# A measured state further out than this share of the limits is a sensor fault, not a state: the
+# stage can pass its limits between samples, but not by a factor.
+POSITION_FACTOR = 1.5
+RATE_FACTOR = 4.0
+
+
+@dataclass(frozen=True)
+class SolverSettings:
+    """``cap`` iterations, ``phi`` of (20), ``period`` of the acceleration cycle (0: none),
+    relative ``gap_tolerance`` and ``margin``: see ``qp.tolerances``."""
+
+    cap: int
+    phi: float
+    period: int
+    gap_tolerance: float
+    margin: float
+
+
+@dataclass(frozen=True)
+class MpcDesign:
+    """One axis's tracking MPC: the program, its tables in the target precision, its plant."""
+
+    prefix: str
+    precision: Precision
+    plant: Discrete
+    limits: AxisLimits
+    horizon: int
+    qp: CondensedQp
+    tol: QpTolerances
+    pqp: PqpTables
+    plan_state: FloatArray  # (n-1, N) transposed: z_unc on x'
+    plan_reference: FloatArray  # (N+1, N) transposed: z_unc on r - p
+
+
+def design_mpc(
+    prefix: str,
+    precision: Precision,
+    slow: StateSpace,
+    sample_time_s: float,
+    horizon: int,
+    weights: TrackingWeights,
+    limits: AxisLimits,
+    admissible: AdmissibleSet,
+    solver: SolverSettings,
+    inter_sample_rows: int = 0,
+) -> MpcDesign:
+    """Condense (16) and round its tables once to ``precision``."""
+    qp = condense(slow, sample_time_s, horizon, weights, limits, admissible, inter_sample_rows)
+    tol = tolerances(
+        precision, solver.margin, solver.gap_tolerance, qp.hessian, limits.fast_range_m
+    )
+    pqp = pqp_tables(
+        qp.hessian, qp.rows_command, solver.phi, solver.period, solver.cap, tol, precision.dtype
+    )
+    return MpcDesign(
+        prefix=prefix,
+        precision=precision,
+        plant=discretise(slow, sample_time_s),
+        limits=limits,
+        horizon=horizon,
+        qp=qp,
+        tol=tol,
+        pqp=pqp,
+        plan_state=cast(-np.linalg.solve(qp.hessian, qp.gradient_state).T, precision),
+        plan_reference=cast(-np.linalg.solve(qp.hessian, qp.gradient_reference).T, precision),
+    )
+
+
+def state_ports(name: str, order: int, limits: AxisLimits) -> tuple[Port, ...]:
+    """The measured state as one port per component, so that each has its unit and range."""
+    base = (
+        ("position", "m", limits.position_m * POSITION_FACTOR),
+        ("velocity", "m/s", limits.velocity_m_per_s * RATE_FACTOR),
+        ("acceleration", "m/s^2", limits.acceleration_m_per_s2 * RATE_FACTOR),
+    )
+    ports = [
+        Port(f"{name}{label}", unit, f"slow stage {label}", low=-bound, high=bound)
+        for label, unit, bound in base
+    ]
+    for i in range(3, order):
+        ports.append(Port(f"{name}state_{i}", f"m/s^{i}", f"slow stage state {i}"))
+    return tuple(ports)
+
+
+def declare_mpc(design: MpcDesign) -> Declaration:
+    """Names, sizes, tables and ports of one axis's MPC."""
+    n, horizon, m = design.plant.order, design.horizon, design.pqp.diagonal.size
+    lim, tol = design.limits, design.tol
+    reach = lim.position_m * POSITION_FACTOR
+    state = state_ports("", n, lim)
+    bounds = tuple(
+        Port(
+            name,
+            "m",
+            f"{what} bound of the position at the slow samples 1..N ahead",
+            size=horizon,
+            low=-reach,
+            high=reach,
+        )
+        for name, what in (("low", "lower"), ("high", "upper"))
+    )
+    reference = Port(
+        "reference",
+        "m",
+        "r_0..r_N, the points reached at the slow samples 0..N ahead",
+        size=horizon + 1,
+        low=-lim.position_m,
+        high=lim.position_m,
+    )
+    command = Port("command", "m", "slow stage position command for this period")
+    return Declaration(
+        kind="mpc",
+        prefix=design.prefix,
+        summary="Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1",
+        precision=design.precision,
+        sample_time_s=design.plant.sample_time_s,
+        dimensions=(
+            Dimension("ORDER", n, "states of the slow stage"),
+            Dimension("HORIZON", horizon, "N"),
+            Dimension("REFERENCES", horizon + 1, "r_0..r_N"),
+            Dimension("ROWS", m, "two-sided rows of (19b)"),
+            Dimension("ROWS_PER_STEP", design.qp.rows_per_step, "position, velocity, ..."),
+            Dimension("TERMINAL_ROWS", design.qp.terminal_rows, "of (16g), not implied"),
+            Dimension("ITERATION_CAP", design.pqp.cap, "iterations of (20) at the most"),
+            Dimension("PERIOD", design.pqp.period, "turns of an acceleration cycle"),
+        ),
+        constants=(
+            Constant("position_scale", 1.0 / lim.fast_range_m, "1/m: positions to rows"),
+            Constant("command_limit", reach, "m: no command beyond it; never binds"),
+            Constant("margin", tol.margin, "the bounds are drawn in by this share"),
+            Constant("tolerance", tol.accept, "violation of the drawn-in bounds accepted"),
+            Constant("gap_limit", tol.gap, "duality gap accepted"),
+            Constant("clamp", tol.clamp, "share of a dual an extrapolation must keep"),
+            Constant("room", 1.0 - tol.clamp, "share it may take"),
+            Constant("weight", tol.weight, "share of the largest dual that counts"),
+        ),
+        tables=(
+            Table("a_columns", design.plant.a.T, "A of (11), transposed"),
+            Table("b", design.plant.b, "B of (11)"),
+            Table("plan_state", design.plan_state, "z_unc on (v, a, ...), transposed"),
+            Table("plan_reference", design.plan_reference, "z_unc on r - p, transposed"),
+            Table("rows_state", design.qp.rows_state.T, "rows on (v, a, ...), transposed"),
+            Table("rows_columns", design.pqp.rows_columns, "rows on the commands, transposed"),
+            Table("inverse_columns", design.pqp.inverse_columns, "H^-1 A', transposed"),
+            Table("absolute", design.pqp.absolute, "|D|, D = A H^-1 A'"),
+            Table("diagonal", design.pqp.diagonal, "D_ii"),
+            Table("inverse_diagonal", design.pqp.inverse_diagonal, "1 / D_ii"),
+            Table("phi_diagonal", design.pqp.phi_diagonal, "phi D_ii of (20)"),
+            Table("floor", design.pqp.floor, "smallest dual of a warm start"),
+            Table("vanish", design.pqp.vanish, "smallest dual"),
+            Table("ceiling", design.pqp.ceiling, "largest dual"),
+            Table("terminal_reference", design.qp.terminal_reference, "(16g) on r_N - p"),
+            Table("terminal_position", design.qp.terminal_position, "(16g) on p"),
+            Table("terminal_bound", design.qp.terminal_bound, "(16g), right-hand side"),
+        ),
+        state=(
+            StateField("plan", "commands u_0..u_{N-1}, m", "HORIZON"),
+            StateField("predicted", "state expected at the next step", "ORDER"),
+            StateField("upper", "duals of the upper sides", "ROWS"),
+            StateField("lower", "duals of the lower sides", "ROWS"),
+            *(
+                StateField(name, "workspace, no meaning between calls", size)
+                for name, size in (
+                    ("relative", "REFERENCES"),
+                    ("free_plan", "HORIZON"),
+                    ("correction", "HORIZON"),
+                    ("scratch_plan", "HORIZON"),
+                    ("below", "ROWS"),
+                    ("above", "ROWS"),
+                    ("rows", "ROWS"),
+                    ("slack_upper", "ROWS"),
+                    ("slack_lower", "ROWS"),
+                    ("change", "ROWS"),
+                    ("absolute_sum", "ROWS"),
+                    ("scratch", "ROWS"),
+                    ("last_upper", "ROWS"),
+                    ("last_lower", "ROWS"),
+                    ("last_change", "ROWS"),
+                )
+            ),
+            StateField("ready", "1 after a successful reset", type="int32_t"),
+        ),
+        operations=(
+            Operation(
+                "reset",
+                "Stand still at a position: the plan commands it for ever.",
+                inputs=(Port("position", "m", "where the stage stands", low=-reach, high=reach),),
+            ),
+            Operation(
+                "seed",
+                "Shift the plan and append a command, without solving (priming).",
+                inputs=(Port("command", "m", "command", low=-reach, high=reach),),
+                returns_status=False,
+            ),
+            Operation(
+                "candidate",
+                "State at the end of the shifted plan but one, from the measured state.",
+                inputs=state,
+                outputs=tuple(Port(p.name, p.unit, p.doc) for p in state),
+                returns_status=False,
+            ),
+            Operation(
+                "step",
+                "Solve (16); at the cap without a feasible iterate, use the shifted plan.",
+                inputs=(*state, reference, *bounds),
+                outputs=(
+                    command,
+                    Port("iterations", "1", "iterates evaluated; 0: none needed", integer=True),
+                ),
+            ),
+            Operation(
+                "hold",
+                "No usable measurement: go on with the shifted plan, from the predicted state.",
+                inputs=(Port("reference", "m", "r_N", low=-lim.position_m, high=lim.position_m),),
+                outputs=(command, *(Port(p.name, p.unit, p.doc) for p in state)),
+                returns_status=False,
+            ),
+        ),
+        facts={"period": design.pqp.period > 0},
+    )
+
+
+class TrackingMpc:
+    """Reference of the emitted MPC, bit for bit; see ``declare_mpc`` for its operations."""
+
+    def __init__(self, design: MpcDesign) -> None:
+        self.design = design
+        self.declaration = declare_mpc(design)
+        self._real = design.precision.dtype.type
+        p = design.precision
+        self._a_columns = cast(design.plant.a.T, p)
+        self._b = cast(design.plant.b, p)
+        self._rows_state = cast(design.qp.rows_state.T, p)
+        self._terminal_reference = cast(design.qp.terminal_reference, p)
+        self._terminal_position = cast(design.qp.terminal_position, p)
+        self._terminal_bound = cast(design.qp.terminal_bound, p)
+        self._names = [port.name for port in self.declaration.operation("candidate").inputs]
+        self.ready = False
+        self.plan = np.zeros(design.horizon, dtype=p.dtype)
+        self.predicted = np.zeros(design.plant.order, dtype=p.dtype)
+        self.upper = np.array(design.pqp.floor)
+        self.lower = np.array(design.pqp.floor)
+
+    def call(
+        self, operation: str, inputs: Mapping[str, Value] | None = None
+    ) -> tuple[Status, dict[str, Value]]:
+        given = inputs or {}
+        match operation:
+            case "reset":
+                return self.reset(given["position"]), {}
+            case "seed":
+                self.seed(self._real(given["command"]))
+                return Status.OK, {}
+            case "candidate":
+                return Status.OK, dict(
+                    zip(self._names, self.candidate(self._state(given)), strict=True)
+                )
+            case "hold":
+                command, state = self.hold(self._real(given["reference"]))
+                outputs: dict[str, Value] = dict(zip(self._names, state, strict=True))
+                return Status.OK, {"command": command, **outputs}
+            case "step":
+                return self._checked_step(given)
+        raise KeyError(operation)
+
+    def _state(self, inputs: Mapping[str, Value]) -> FloatArray:
+        return np.array([inputs[name] for name in self._names], dtype=self.design.precision.dtype)
+
+    def _checked_step(self, inputs: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
+        real = self._real
+        nothing: dict[str, Value] = {"command": self.plan[0], "iterations": 0}
+        if not self.ready:
+            return Status.NOT_READY, nothing
+        status = max(
+            check_port(port, inputs[port.name], self.design.precision)
+            for port in self.declaration.operation("step").inputs
+        )
+        if status is not Status.OK:
+            return status, {"command": self.hold(self.plan[-1])[0], "iterations": 0}
+        as_real = {k: np.asarray(inputs[k], dtype=real) for k in ("reference", "low", "high")}
+        status, command, iterations = self.step(
+            self._state(inputs), as_real["reference"], as_real["low"], as_real["high"]
+        )
+        return status, {"command": command, "iterations": iterations}
+
+    def reset(self, position: Value) -> Status:
+        port = self.declaration.operation("reset").inputs[0]
+        status = check_port(port, position, self.design.precision)
+        self.ready = status is Status.OK
+        where = self._real(position) if self.ready else self._real(0.0)
+        self.plan = np.full(self.design.horizon, where, dtype=self._real)
+        self.predicted = np.zeros_like(self.predicted)
+        self.predicted[0] = where
+        self.upper = np.array(self.design.pqp.floor)
+        self.lower = np.array(self.design.pqp.floor)
+        return status
+
+    def advance(self, state: FloatArray, command: np.floating) -> FloatArray:
+        """A x + B u of (11)."""
+        result: FloatArray = matvec(self._a_columns, state) + self._b * command
+        return result
+
+    def seed(self, command: np.floating) -> None:
+        """Shift the plan and append ``command``; the machine stands meanwhile."""
+        self.plan = np.append(self.plan[1:], command)
+
+    def candidate(self, state: FloatArray) -> FloatArray:
+        """(n,) state after the commands u_1..u_{N-1} of the last plan, from ``state``."""
+        for command in self.plan[1:]:
+            state = self.advance(state, command)
+        return state
+
+    def hold(self, reference: np.floating) -> tuple[np.floating, FloatArray]:
+        """Command of the shifted plan and the state (n,) it is predicted to meet."""
+        state = self.predicted
+        self._accept(state, np.append(self.plan[1:], reference))
+        return self.plan[0], state
+
+    def _accept(self, state: FloatArray, plan: FloatArray) -> None:
+        limit = self._real(self.design.limits.position_m * POSITION_FACTOR)
+        self.plan = np.minimum(np.maximum(plan, -limit), limit)
+        self.predicted = self.advance(state, self.plan[0])
+
+    def step(
+        self, state: FloatArray, reference: FloatArray, low: FloatArray, high: FloatArray
+    ) -> tuple[Status, np.floating, int]:
+        """State (n,), references (N+1,), position bounds (N,); all absolute, in metres."""
+        d = self.design
+        origin, rest = state[0], state[1:]
+        relative = reference - origin
+        free = matvec(d.plan_state, rest) + matvec(d.plan_reference, relative)
+        rows = matvec(d.pqp.rows_columns, free) + matvec(self._rows_state, rest)
+        below, above = self._bounds(origin, relative, low, high)
+        slack_upper, slack_lower = above - rows, rows - below
+        shifted = np.append(self.plan[1:], reference[-1])
+        if np.all(slack_upper >= 0) and np.all(slack_lower >= 0):
+            self.upper = np.array(d.pqp.floor)
+            self.lower = np.array(d.pqp.floor)
+            self._accept(state, free + origin)
+            return Status.OK, self.plan[0], 0
+        per_step, terminal = d.qp.rows_per_step, d.qp.terminal_rows
+        result = solve(
+            d.pqp,
+            d.tol,
+            slack_upper,
+            slack_lower,
+            shift_duals(self.upper, per_step, terminal, d.pqp.floor),
+            shift_duals(self.lower, per_step, terminal, d.pqp.floor),
+        )
+        self.upper, self.lower = result.upper, result.lower
+        if result.feasible:
+            status = Status.OK if result.converged else Status.SUBOPTIMAL
+            plan = (free - result.correction) + origin
+        else:
+            plan = shifted
+            status = self._judge(shifted, origin, rest, below, above)
+        self._accept(state, plan)
+        return status, self.plan[0], result.iterations
+
+    def _bounds(
+        self, origin: np.floating, relative: FloatArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bounds of the rows (m,), drawn in by the margin."""
+        real, d = self._real, self.design
+        m = d.pqp.diagonal.size
+        per_step, first = d.qp.rows_per_step, m - d.qp.terminal_rows
+        scale, margin = real(1.0 / d.limits.fast_range_m), real(d.tol.margin)
+        above = np.ones(m, dtype=real) - margin
+        below = -above
+        above[0:first:per_step] = (high - origin) * scale - margin
+        below[0:first:per_step] = (low - origin) * scale + margin
+        centre = self._terminal_reference * relative[-1] + self._terminal_position * origin
+        above[first:] = (self._terminal_bound - centre) - margin
+        below[first:] = (-self._terminal_bound - centre) + margin
+        return below, above
+
+    def _judge(
+        self,
+        shifted: FloatArray,
+        origin: np.floating,
+        rest: FloatArray,
+        below: FloatArray,
+        above: FloatArray,
+    ) -> Status:
+        """BACKUP where the shifted plan keeps the true bounds from the measured state."""
+        d = self.design
+        rows = matvec(d.pqp.rows_columns, shifted - origin) + matvec(self._rows_state, rest)
+        margin = self._real(d.tol.margin)
+        inside = np.all(rows <= above + margin) and np.all(rows >= below - margin)
+        return Status.BACKUP if inside else Status.INFEASIBLE

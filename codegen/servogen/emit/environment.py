@@ -1,0 +1,69 @@
+"""The one Jinja environment, and the few filters its templates use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import jinja2
+
+from servogen.controllers.design import Declaration, Port, StateField
+from servogen.emit.literals import real_literal
+from servogen.precision import Precision
+from servogen.resources import resource_dir
+
+COLUMNS = 96
+
+
+def make_environment(precision: Precision) -> jinja2.Environment:
+    """Strict about names, silent about white space; templates only lay out what is decided."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(str(resource_dir("templates"))),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+
+    def real(value: float) -> str:
+        return real_literal(float(value), precision)
+
+    def numbers(values: Sequence[float]) -> str:
+        return wrap([real(v) for v in values])
+
+    environment.filters["real"] = real
+    environment.filters["numbers"] = numbers
+    environment.filters["field"] = field_text
+    environment.filters["port"] = port_text
+    return environment
+
+
+def wrap(items: Sequence[str]) -> str:
+    """Comma-separated, broken into lines of at most ``COLUMNS``, indented by four."""
+    lines, line = [], "   "
+    for i, item in enumerate(items):
+        piece = f" {item}," if i < len(items) - 1 else f" {item}"
+        if len(line) + len(piece) > COLUMNS:
+            lines.append(line)
+            line = "   "
+        line += piece
+    return "\n".join([*lines, line])
+
+
+def port_text(port: Port, real_type: str) -> str:
+    """A member of an in or out struct."""
+    kind = "int32_t" if port.integer else real_type
+    size = f"[{port.size}]" if port.size else ""
+    bounds = ""
+    if port.low is not None and port.high is not None:
+        bounds = f" [{port.low!r} .. {port.high!r}]"
+    return f"{kind} {port.name}{size}; /* {port.unit}{bounds}: {port.doc} */"
+
+
+def field_text(field: StateField, declaration: Declaration, real_type: str) -> str:
+    """A member of the state struct."""
+    kind = real_type
+    if field.type:
+        kind = field.type if field.type == "int32_t" else f"{field.type}_t"
+    size = f"[{declaration.prefix.upper()}_{field.size}]" if field.size else ""
+    return f"{kind} {field.name}{size}; /* {field.doc} */"

@@ -1,0 +1,100 @@
+"""Lay out a set of controllers as a C package: sources, headers, runtime, CMake file, manifest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from servogen import __version__
+from servogen.controllers.design import Declaration, Operation, Port, design_hash
+from servogen.controllers.governor import AXES
+from servogen.emit.environment import make_environment
+from servogen.emit.manifest import manifest_text
+from servogen.resources import resource_dir
+
+RUNTIME_FILES = ("sg_kernels.h", "sg_pqp.h", "sg_status.h")
+
+
+@dataclass(frozen=True)
+class CPackage:
+    """``files``: text by name, in a fixed order; ``name``: prefix; ``hash``: names the design."""
+
+    name: str
+    hash: str
+    declarations: tuple[Declaration, ...]
+    files: dict[str, str]
+
+    @property
+    def sources(self) -> list[str]:
+        return [name for name in self.files if name.endswith(".c")]
+
+
+def signature(declaration: Declaration, operation: Operation) -> str:
+    """C prototype of one entry point, without the semicolon."""
+    p = declaration.prefix
+    result = "sg_status" if operation.returns_status else "void"
+    const = "const " if operation.name == "candidate" else ""
+    arguments = [f"{const}{p}_t *self"]
+    if operation.inputs:
+        arguments.append(f"const {p}_{operation.name}_in *in")
+    if operation.outputs:
+        arguments.append(f"{p}_{operation.name}_out *out")
+    return f"{result} {p}_{operation.name}({', '.join(arguments)})"
+
+
+def state_names(declaration: Declaration) -> list[str]:
+    """Names of the state's components, position first."""
+    order = next((d.value for d in declaration.dimensions if d.name == "ORDER"), 0)
+    return ["position", "velocity", "acceleration", *(f"state_{i}" for i in range(3, order))]
+
+
+def measured_ports(declaration: Declaration) -> list[Port]:
+    """Inputs of ``step`` that are measured states of either axis."""
+    names = {f"{axis}_{name}" for axis in AXES for name in state_names(declaration)}
+    return [port for port in declaration.operation("step").inputs if port.name in names]
+
+
+def emit_package(name: str, declarations: tuple[Declaration, ...]) -> CPackage:
+    """Render every file. The same declarations give the same bytes.
+
+    Args:
+        declarations: every controller once, those used before those that use them.
+    """
+    precision = declarations[0].precision
+    environment = make_environment(precision)
+    digest = design_hash(declarations)
+    common = {
+        "package": name,
+        "version": __version__,
+        "hash": digest,
+        "precision": precision,
+        "real_type": f"{name}_real",
+        "axes": AXES,
+        "state_ports": measured_ports,
+    }
+    files = {f"{name}_types.h": environment.get_template("types.h.jinja").render(common)}
+    for d in declarations:
+
+        def sign(operation: Operation, declaration: Declaration = d) -> str:
+            return signature(declaration, operation)
+
+        context = common | {
+            "d": d,
+            "p": d.prefix,
+            "P": d.prefix.upper(),
+            "signature": sign,
+            "state_names": state_names(d),
+        }
+        for template, file in (
+            ("controller.h.jinja", f"{d.prefix}.h"),
+            ("tables.h.jinja", f"{d.prefix}_tables.h"),
+            (f"{d.kind}.c.jinja", f"{d.prefix}.c"),
+        ):
+            files[file] = environment.get_template(template).render(context)
+    for runtime in RUNTIME_FILES:
+        files[runtime] = (resource_dir("c_runtime") / runtime).read_text(encoding="utf-8")
+    sources = [file for file in files if file.endswith(".c")]
+    files["CMakeLists.txt"] = environment.get_template("CMakeLists.txt.jinja").render(
+        common | {"sources": sources}
+    )
+    files["manifest.json"] = manifest_text(name, digest, declarations, files)
+    return CPackage(name, digest, declarations, files)

@@ -1,0 +1,63 @@
+"""Every tolerance of the quadratic programs, each with its reason.
+
+Rows are scaled by their limits and positions are taken relative to the present one, so a tolerance
+of 1e-6 means one millionth of a limit: 35 nm of a 35 mm fast-stage range.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servogen.precision import Precision
+
+
+@dataclass(frozen=True)
+class QpTolerances:
+    """Attributes:
+    margin: the bounds are drawn in by this much, so that an iterate that is feasible only up to
+        ``accept`` is strictly feasible for the true bounds, and so is its shifted plan.
+    accept: largest violation of the tightened bounds that is accepted; below ``margin``.
+    gap: largest duality gap y'(w - G z) accepted, in units of the objective.
+    floor: smallest dual of a warm start times Q_ii; PQP multiplies, so it cannot leave zero.
+    vanish: smallest dual inside an iteration, times Q_ii: keeps (20) from dividing zero by zero.
+    ceiling: largest dual times Q_ii; a dual that grows this far says the problem is infeasible.
+    clamp: an extrapolation keeps at least this share of every dual.
+    weight: duals with y_i Q_ii below this share of the largest do not limit the extrapolation.
+    """
+
+    margin: float
+    accept: float
+    gap: float
+    floor: float = 1e-5
+    vanish: float = 1e-14
+    ceiling: float = 1e6
+    clamp: float = 0.05
+    weight: float = 1e-2
+
+
+# Share of the margin that an accepted iterate may use up. In float64 the rows are exact to 1e-13;
+# in float32 they are assembled to about 1e-6, so more of the margin stays in reserve.
+_ACCEPT_SHARE = {"float64": 0.9, "float32": 0.5}
+# Smallest margin that the arithmetic can resolve: eps times the row sums (about 60) times a few.
+MINIMUM_MARGIN = {"float64": 1e-9, "float32": 1e-5}
+
+
+def tolerances(
+    precision: Precision, margin: float, gap_tolerance: float, hessian: np.ndarray, scale_m: float
+) -> QpTolerances:
+    """Tolerances of one condensed program.
+
+    ``gap_tolerance`` is relative: a gap g bounds the cost above the optimum, and a command that is
+    off by e costs about h e^2 / 2 with h the largest diagonal entry of the Hessian. So
+    g = gap_tolerance * h * scale^2 / 2 stands for a command error of sqrt(gap_tolerance) * scale.
+
+    Args:
+        margin: requested margin, raised to what the precision resolves.
+        hessian: (N, N), of the condensed cost.
+        scale_m: the fast stage's range in metres.
+    """
+    used = max(margin, MINIMUM_MARGIN[precision.name])
+    gap = gap_tolerance * 0.5 * float(np.max(np.diag(hessian))) * scale_m**2
+    return QpTolerances(margin=used, accept=used * _ACCEPT_SHARE[precision.name], gap=gap)
