@@ -126,7 +126,11 @@ KEYS = (
         edit("damping = 0.7\n", ""),
         ("machine.x.slow.damping is missing", "a finite number above 0 and at most 5"),
     ),
-    Bad("missing table", edit("[sampling]", "[output2]"), ("output2", "unknown", "output")),
+    Bad(
+        "missing table",
+        edit("[sampling]", "[output2]"),
+        ("output2", "output (the", "(and 1 more wrong key)"),
+    ),
     Bad(
         "no drawing named",
         edit('file = "line.dxf"\n', ""),
@@ -218,6 +222,12 @@ VALUES = (
         slow_ss('[[0, 1], ["a", 2]]', "[1, 2]", "[1, 0]"),
         ('machine.x.slow.a[1][0] is "a"', "a finite number"),
     ),
+    Bad(
+        "coefficient that is no number",
+        slow_tf("[1]", "[1, 3, nan, 1]"),
+        ("machine.x.slow.denominator[2] is nan", "a finite number"),
+    ),
+    Bad("name of a file empty", edit('"line.dxf"', '""'), ('path.file is ""', ".dxf")),
 )
 
 CONTRADICTIONS = (

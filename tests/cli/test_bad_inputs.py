@@ -53,6 +53,8 @@ def test_bad_input_is_one_sentence_and_damages_nothing(
     assert where == str(small.parent / bad.file)
     for fragment in bad.says:
         assert fragment in outcome.err
+    counted = any("more wrong" in fragment for fragment in bad.says)
+    assert ("more wrong" in outcome.err) == counted  # one mistake is told as one
     for junk in ("Traceback", "pydantic", "PosixPath", "\x1b"):
         assert junk not in outcome.err
     assert contents(small.parent) == before
