@@ -97,7 +97,7 @@ def slow_ss(a: str, b: str, c: str) -> Change:
 
 FORMAT = (
     Bad("no project file", lambda toml: toml.unlink(), ("missing", "a TOML file")),
-    Bad("empty project file", bytes_of(b""), ("schema", "missing", "expected 1")),
+    Bad("empty project file", bytes_of(b""), ("schema is missing, expected 1", "(and 5 more wrong keys)")),
     Bad("not UTF-8", bytes_of(b'schema = 1\nname = "\xff"\n'), ("line 2", "0xff", "UTF-8")),
     Bad("no TOML", edit("damping = 0.7", "damping 0.7"), ("line 8", '"damping 0.7"', "'='")),
     Bad("unclosed table", edit("[sampling]", "[sampling"), ("line 21", '"[sampling"', "']'")),
