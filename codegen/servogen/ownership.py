@@ -1,7 +1,7 @@
 """Which folders servogen may replace: empty ones, and those that hold only what it made itself.
 
-A folder that servogen made has a marker file: a JSON object whose "generator" begins with
-"servogen". Its "files" (a list, or an object whose keys are the names), if it is there, names
+A folder that servogen made has a marker file: a JSON object whose "schema" begins with
+"servogen.". Its "files" (a list, or an object whose keys are the names), if it is there, names
 everything that was written; a file beyond it is the user's, and the folder is left alone.
 """
 
@@ -14,7 +14,6 @@ from pathlib import Path
 
 from servogen.errors import InputError
 
-GENERATOR = "servogen"
 SCRATCH_PREFIX = ".servogen-tmp-"
 
 _KEY = "the output folder"
@@ -46,8 +45,8 @@ def _why_foreign(out: Path, marker: str) -> str | None:
         manifest = json.loads((out / marker).read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError, RecursionError):
         return f"it has no {marker} of servogen's"
-    generator = manifest.get("generator") if isinstance(manifest, dict) else None
-    if not (isinstance(generator, str) and generator.startswith(GENERATOR)):
+    schema = manifest.get("schema") if isinstance(manifest, dict) else None
+    if not (isinstance(schema, str) and schema.startswith("servogen.")):
         return f"its {marker} is not servogen's"
     listed = manifest.get("files")
     if not isinstance(listed, list | dict):

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from small_project import dxf, line
 
+import servogen.wcet.targets
+
 Change = Callable[[Path], None]
 
 
@@ -97,7 +99,11 @@ def slow_ss(a: str, b: str, c: str) -> Change:
 
 FORMAT = (
     Bad("no project file", lambda toml: toml.unlink(), ("missing", "a TOML file")),
-    Bad("empty project file", bytes_of(b""), ("schema is missing, expected 1", "(and 5 more wrong keys)")),
+    Bad(
+        "empty project file",
+        bytes_of(b""),
+        ("schema is missing, expected 1", "(and 5 more wrong keys)"),
+    ),
     Bad("not UTF-8", bytes_of(b'schema = 1\nname = "\xff"\n'), ("line 2", "0xff", "UTF-8")),
     Bad("no TOML", edit("damping = 0.7", "damping 0.7"), ("line 8", '"damping 0.7"', "'='")),
     Bad("unclosed table", edit("[sampling]", "[sampling"), ("line 21", '"[sampling"', "']'")),
@@ -404,4 +410,38 @@ PATHS = (
     ),
 )
 
-ALL = (*FORMAT, *KEYS, *VALUES, *CONTRADICTIONS, *PLANTS, *PATHS)
+
+def target(old: str, new: str) -> Change:
+    """A target of the user's own, a bundled one in which a text is replaced."""
+
+    def change(toml: Path) -> None:
+        bundled = Path(servogen.wcet.targets.__file__).parent / "targets" / "generic.toml"
+        text = bundled.read_text()
+        assert old in text
+        (toml.parent / "mine.toml").write_text(text.replace(old, new, 1))
+        edit("[output]", '[target]\nname = "mine.toml"\n[output]')(toml)
+
+    return change
+
+
+TARGETS = (
+    Bad(
+        "unknown target",
+        edit("[output]", '[target]\nname = "z80"\n[output]'),
+        ("target.name is z80", "tms320c6678", "or a TOML file"),
+    ),
+    Bad(
+        "target without cycles for the precision",
+        edit("[output]", '[target]\nname = "tms320vc33"\n[output]'),
+        ('output.precision is "float64"', '"float32"', "tms320vc33"),
+    ),
+    Bad(
+        "target without a clock",
+        target("clock_hz", "clock_mhz"),
+        ("clock_mhz is unknown", "one of", "clock_hz"),
+        "mine.toml",
+    ),
+    Bad("target that is no TOML", target("clock_hz", "clock_hz ="), ("TOML",), "mine.toml"),
+)
+
+ALL = (*TARGETS, *FORMAT, *KEYS, *VALUES, *CONTRADICTIONS, *PLANTS, *PATHS)

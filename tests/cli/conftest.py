@@ -46,7 +46,9 @@ def fake_pipeline(monkeypatch: pytest.MonkeyPatch) -> types.SimpleNamespace:
 
     def build(project: object, out: Path, progress: object) -> FakeResult:
         check_project(project)  # type: ignore[arg-type]
-        write_tree(out, {"manifest.json": '{"generator": "servogen"}', "small.c": "int x;\n"})
+        write_tree(
+            out, {"manifest.json": '{"schema": "servogen.manifest/1"}', "small.c": "int x;\n"}
+        )
         return FakeResult()
 
     fake = types.SimpleNamespace(build=build)

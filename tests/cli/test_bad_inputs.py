@@ -38,7 +38,7 @@ def test_bad_input_is_one_sentence_and_damages_nothing(
 ) -> None:
     out = small.parent / "out"
     out.mkdir()
-    (out / "manifest.json").write_text('{"generator": "servogen 0.1.0"}')
+    (out / "manifest.json").write_text('{"schema": "servogen.manifest/1"}')
     (out / "small.c").write_text("int old;\n")
     bad.change(small)
     before = contents(small.parent)

@@ -33,7 +33,7 @@ def test_a_real_ctrl_c_ends_with_one_line_status_130_and_the_old_output(
 ) -> None:
     out = tmp_path / "out"
     out.mkdir()
-    (out / "manifest.json").write_text('{"generator": "servogen"}')
+    (out / "manifest.json").write_text('{"schema": "servogen.manifest/1"}')
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, str(small), str(out)],
         stdout=subprocess.PIPE,

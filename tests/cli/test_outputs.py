@@ -15,7 +15,7 @@ from servogen.errors import InputError
 from servogen.jsontext import json_text
 from servogen.outputs import check_file, check_tree, write_file, write_tree
 
-OURS = '{"generator": "servogen 0.1.0"}'
+OURS = '{"schema": "servogen.manifest/1"}'
 NEW = {"manifest.json": OURS, "src/a.c": "int a;\n", "b.bin": b"\x00\r\n"}
 
 
@@ -132,11 +132,17 @@ def test_a_full_disk_is_told_and_leaves_the_old_tree(
         ({"manifest.json": "{"}, "no manifest.json"),
         ({"manifest.json": "[1]"}, "not servogen's"),
         ({"manifest.json": '{"name": "a browser extension"}'}, "not servogen's"),
-        ({"manifest.json": '{"generator": "other"}'}, "not servogen's"),
-        ({"manifest.json": '{"generator": 3}'}, "not servogen's"),
-        ({"manifest.json": '{"generator": "servogen", "files": []}', "main.c": ""}, "main.c"),
+        ({"manifest.json": '{"schema": "other.servogen."}'}, "not servogen's"),
+        ({"manifest.json": '{"schema": 3}'}, "not servogen's"),
         (
-            {"manifest.json": '{"generator": "servogen", "files": {"a.c": {}}}', "d/a.c": ""},
+            {"manifest.json": '{"schema": "servogen.manifest/1", "files": []}', "main.c": ""},
+            "main.c",
+        ),
+        (
+            {
+                "manifest.json": '{"schema": "servogen.manifest/1", "files": {"a.c": {}}}',
+                "d/a.c": "",
+            },
             "d/a.c",
         ),
     ],
@@ -154,7 +160,7 @@ def test_what_servogen_did_not_make_is_left_alone(
 
 
 def test_a_listed_tree_is_replaced_and_a_kill_s_leftovers_cleared(tmp_path: Path) -> None:
-    listed = {"generator": "servogen 0.1.0", "files": {"src/a.c": {"sha256": ""}}}
+    listed = {"schema": "servogen.manifest/1", "files": {"src/a.c": {"sha256": ""}}}
     write_tree(tmp_path, {"manifest.json": json.dumps(listed), "src/a.c": ""})
     (tmp_path / ".servogen-tmp-0123456789ab" / "new").mkdir(parents=True)
     (tmp_path / ".servogen-tmp-0123456789ab" / "new" / "half.c").touch()
