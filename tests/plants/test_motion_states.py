@@ -105,6 +105,8 @@ def test_position_and_command_that_share_nothing() -> None:
     hidden = StateSpace(np.diag([-1.0, -2.0, -3.0]), np.ones(3), np.array([1.0, 1.0, 0.0]))
     with pytest.raises(PlantError, match="every state"):
         to_motion_states(hidden)
+    with pytest.raises(PlantError, match="every state"):
+        to_motion_states(scrambled(hidden, 4))
     deaf = StateSpace(servo(5.0, 0.7).a, np.zeros(3), np.eye(3)[0])
     with pytest.raises(PlantError, match="command moves"):
         to_motion_states(deaf)

@@ -137,19 +137,21 @@ def test_inter_sample_rows_only_cut() -> None:
         assert proof.rows[-1].excess + 10.0 <= 1.0 + 1e-8
 
 
-def test_constraint_rows_at_the_sub_instants() -> None:
-    """Against the stage stepped ten times faster: the rows say what happens at T_s/2."""
-    rows = constraint_rows(SERVO, T_S, LIMITS, 1)
-    assert rows.names[6] == "acceleration at 1/2"
-    tenth = discretise(SERVO, T_S / 10)
-    state, command = np.array([0.1, 0.2, -3.0]), 0.11
-    later = state
-    for _ in range(5):
-        later = tenth.a @ later + tenth.b * command
-    wanted = []
-    for x in (state, later):
-        wanted += [x[0] / 0.4, x[1] / 0.7, x[2] / 14.71, (x[0] - command) / 0.035]
-    np.testing.assert_allclose(rows.x_rows @ state + rows.r_rows * command, wanted, rtol=1e-10)
+@pytest.mark.parametrize("inter", [0, 1, 2, 4])
+def test_constraint_rows_at_the_sub_instants(inter: int) -> None:
+    """Against the stage stepped in sixtieths of T_s: the rows say what happens in between."""
+    rows = constraint_rows(SERVO, T_S, LIMITS, inter)
+    fine = discretise(SERVO, T_S / 60)
+    x, command = np.array([0.1, 0.2, -3.0]), 0.11
+    state, wanted, names = x, [], []
+    for tick in range(60):
+        if tick % (60 // (inter + 1)) == 0:
+            wanted += [x[0] / 0.4, x[1] / 0.7, x[2] / 14.71, (x[0] - command) / 0.035]
+            j = tick * (inter + 1) // 60
+            names.append(f"acceleration at {j}/{inter + 1}" if j else "acceleration")
+        x = fine.a @ x + fine.b * command
+    np.testing.assert_allclose(rows.x_rows @ state + rows.r_rows * command, wanted, rtol=1e-9)
+    assert list(rows.names[2::4]) == names
 
 
 def test_membership() -> None:
@@ -241,3 +243,9 @@ def test_bad_stages_and_counts() -> None:
         maximal_admissible_set(SERVO, T_S, LIMITS, 0.01, -1)
     with pytest.raises(SetError, match="determined within 3 samples"):
         maximal_admissible_set(SERVO, T_S, LIMITS, 0.0001, max_steps=3)
+
+
+def test_hopeless_setting_is_given_up_soon() -> None:
+    """A soft stage sampled far too fast: thousands of rows, refused at a few hundred."""
+    with pytest.raises(SetError, match="600 rows"):
+        maximal_admissible_set(servo(5.0, 0.1), 0.001, LIMITS, 1e-5, 2, max_steps=10_000)

@@ -14,6 +14,9 @@ from servogen.sets.polyhedron import pair_is_redundant, remove_redundant_pairs
 # Samples looked ahead before giving up. The index is where the stage has settled to the
 # tightening: ln(1 / eps) / (w T_s) samples, so 300 serves a stage a hundred times too slow.
 MAX_STEPS = 300
+# Pairs of rows before giving up: a governor that tests 600 rows per candidate serves no machine,
+# and the linear programs of a hopeless setting would go on for minutes.
+MAX_PAIRS = 300
 
 
 @dataclass(frozen=True)
@@ -78,14 +81,12 @@ def maximal_admissible_set(
         max_steps: give up beyond this determination index.
 
     Raises:
-        SetError: an unstable stage, eps outside (0, 1), or not determined in ``max_steps``.
+        SetError: an unstable stage, eps outside (0, 1), or not determined in ``max_steps``
+            and ``2 MAX_PAIRS`` rows.
     """
     if not 0.0 < steady_state_tightening < 1.0:
-        raise SetError(
-            "steady_state_tightening",
-            steady_state_tightening,
-            "a number between 0 and 1, both excluded",
-        )
+        expected = "a number between 0 and 1, both excluded"
+        raise SetError("steady_state_tightening", steady_state_tightening, expected)
     if not slow.is_stable:
         raise SetError("slow stage", "unstable", "a stable slow stage")
     outputs, names = axis_outputs(slow, sample_time_s, limits, inter_sample_rows)
@@ -94,35 +95,55 @@ def maximal_admissible_set(
     steady[0, n] = 1.0 / ((1.0 - steady_state_tightening) * limits.position_m)
     step = np.eye(n + 1)  # in (e, v, a, ..., r): the command drops out, see shift_rows
     step[:n, :n] = discretise(slow, sample_time_s).a
+    grown = _grow(steady, outputs, names, step, max_steps)
+    if grown is None:
+        expected = (
+            f"one for which the admissible set is determined within {max_steps} samples "
+            f"and {2 * MAX_PAIRS} rows (larger, or a longer slow_sample_time_s)"
+        )
+        raise SetError("steady_state_tightening", steady_state_tightening, expected)
+    kept = remove_redundant_pairs(grown.rows)
+    h_x, h_r = to_state_and_command(grown.rows[kept])
+    return AdmissibleSet(
+        h_x=read_only(np.vstack([h_x, -h_x])),
+        h_r=read_only(np.concatenate([h_r, -h_r])),
+        k=read_only(np.ones(2 * len(kept))),
+        finite_step=grown.finite_step,
+        lp_count=grown.lp_count + len(grown.rows),
+        tightening=steady_state_tightening,
+        sources=tuple(grown.sources[i] for i in kept),
+    )
 
+
+@dataclass(frozen=True)
+class _Grown:
+    """Pairs |rows z| <= 1, z = (e, v, a, ..., r), that imply those of every later sample."""
+
+    rows: FloatArray
+    sources: tuple[str, ...]
+    finite_step: int
+    lp_count: int
+
+
+def _grow(
+    steady: FloatArray,
+    outputs: FloatArray,
+    names: tuple[str, ...],
+    step: FloatArray,
+    max_steps: int,
+) -> _Grown | None:
+    """Add what each next sample asks beyond the samples before it; None if that does not end."""
     rows = np.vstack([steady, outputs])
     sources = ["steady state", *(f"{name}, sample 0" for name in names)]
-    lp_count, finite_step = 0, -1
-    ahead = outputs
+    ahead, lp_count = outputs, 0
     for index in range(max_steps):
         ahead = ahead @ step
         fresh = [i for i in range(len(ahead)) if not pair_is_redundant(rows, ahead[i])]
         lp_count += len(ahead)
         if not fresh:
-            finite_step = index
-            break
+            return _Grown(rows, tuple(sources), index, lp_count)
         rows = np.vstack([rows, ahead[fresh]])
         sources += [f"{names[i]}, sample {index + 1}" for i in fresh]
-    if finite_step < 0:
-        raise SetError(
-            "steady_state_tightening",
-            steady_state_tightening,
-            f"one for which the admissible set is determined within {max_steps} samples",
-        )
-    kept = remove_redundant_pairs(rows)
-    lp_count += len(rows)
-    h_x, h_r = to_state_and_command(rows[kept])
-    return AdmissibleSet(
-        h_x=read_only(np.vstack([h_x, -h_x])),
-        h_r=read_only(np.concatenate([h_r, -h_r])),
-        k=read_only(np.ones(2 * len(kept))),
-        finite_step=finite_step,
-        lp_count=lp_count,
-        tightening=steady_state_tightening,
-        sources=tuple(sources[i] for i in kept),
-    )
+        if len(rows) > MAX_PAIRS:
+            return None
+    return None

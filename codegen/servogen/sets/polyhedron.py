@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +23,6 @@ REDUNDANCY_TOLERANCE = 1e-9
 _OPTIONS = {
     "primal_feasibility_tolerance": LP_TOLERANCE,
     "dual_feasibility_tolerance": LP_TOLERANCE,
-    "presolve": True,
 }
 
 
@@ -50,14 +50,9 @@ def maximise(h: FloatArray, k: FloatArray, objective: FloatArray) -> Maximum:
     rows = _powers_of_two(np.max(np.abs(scaled), axis=1))
     cost = objective / columns
     size = float(_powers_of_two(np.array([np.max(np.abs(cost))]))[0])
-    result = linprog(
-        -cost / size,
-        A_ub=scaled / rows[:, None],
-        b_ub=k / rows,
-        bounds=(None, None),
-        method="highs",
-        options=_OPTIONS,
-    )
+    result = _solve(-cost / size, scaled / rows[:, None], k / rows, presolve=True)
+    if result.status == 4:  # presolve may stop at "unbounded or infeasible"; without it, it knows
+        result = _solve(-cost / size, scaled / rows[:, None], k / rows, presolve=False)
     if result.status == 3:
         return Maximum(float("inf"), None)
     if result.status == 2:
@@ -65,6 +60,11 @@ def maximise(h: FloatArray, k: FloatArray, objective: FloatArray) -> Maximum:
     if result.status != 0:
         raise SetError("constraints", None, f"a linear program that solves ({result.message})")
     return Maximum(float(cost @ result.x), np.asarray(result.x / columns, dtype=np.float64))
+
+
+def _solve(cost: FloatArray, h: FloatArray, k: FloatArray, presolve: bool) -> Any:
+    options = {**_OPTIONS, "presolve": presolve}
+    return linprog(cost, A_ub=h, b_ub=k, bounds=(None, None), method="highs", options=options)
 
 
 def _powers_of_two(values: FloatArray) -> FloatArray:
