@@ -79,7 +79,7 @@ def iteration_allowance(
     """Budget of ``count`` in ``share`` of ``period_s`` seconds.
 
     All capped loops of the entry point (both axes) draw on the one budget, with equal caps. The
-    cycles assume no overlap of operations and no cache miss; see the target's file.
+    cycles of the classes are added up; what they stand for, the target's file says.
 
     Raises:
         InputError: the target states no cycles for this precision.
@@ -108,7 +108,7 @@ def _largest_cap(cycles: float, each: float) -> int | None:
 
 
 def _culprit(count: Count, parts: dict[str, float], fixed: float, budget: float) -> str:
-    """The fixed part if not even one iteration fits beside it, else the costliest cap."""
-    if not parts or fixed + math.fsum(parts.values()) > budget:
+    """The fixed part if it alone is too much, else the costliest cap."""
+    if not parts or fixed > budget:
         return "fixed part"
     return max(sorted(parts), key=lambda cap: parts[cap] * count.caps[cap])

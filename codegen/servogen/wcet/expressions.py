@@ -18,7 +18,7 @@ from servogen.wcet.frame import Frame
 from servogen.wcet.loops import assigned_names
 from servogen.wcet.operations import Cost
 from servogen.wcet.refusal import refuse
-from servogen.wcet.typed import COMPARISONS, LOGICAL, MATH_CLASSES
+from servogen.wcet.typed import COMPARISONS, LOGICAL, MATH_CLASSES, MEMORY_FUNCTIONS
 
 # operator -> (class for scalars, class for integers)
 OPERATOR_CLASSES = {
@@ -209,8 +209,14 @@ def _call(frame: Frame, node: c_ast.FuncCall, cost: Cost) -> None:
             copy_record(kind, cost)
     for argument in arguments[len(wanted) :]:
         read(frame, argument, cost)
-    if name in MATH_CLASSES and name not in frame.typed.unit.functions:
-        cost.hit(MATH_CLASSES[name])
+    if frame.typed.is_library(name):
+        if name in MATH_CLASSES:
+            cost.hit(MATH_CLASSES[name])
+        else:
+            loads, stores = memory_words(frame, node)
+            cost.hit("int_load", loads)
+            cost.hit("int_store", stores)
+            cost.hit("call")
         return
     values = [frame.value(a) for a in arguments]
     called = frame.callee(node, name, values)
@@ -218,6 +224,20 @@ def _call(frame: Frame, node: c_ast.FuncCall, cost: Cost) -> None:
         frame.used |= values[position].deps
     cost.hit("call")
     cost.add(called.cost)
+
+
+def memory_words(frame: Frame, node: c_ast.FuncCall) -> tuple[int, int]:
+    """Words that a call of memset or memcpy reads and writes.
+
+    Raises:
+        CountRefused: its size is not a constant.
+    """
+    size = frame.decide(node.args.exprs[-1]).number
+    if size is None:
+        raise refuse(node, f"the size given to '{node.name.name}' is not a constant")
+    loads, stores = MEMORY_FUNCTIONS[node.name.name]
+    words = -(-size // 4)
+    return loads * words, stores * words
 
 
 def _check_precision(frame: Frame, node: c_ast.Node, kind: CType) -> None:

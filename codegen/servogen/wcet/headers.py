@@ -53,5 +53,8 @@ typedef long ptrdiff_t;
 #define INT_MIN (-INT_MAX - 1)
 #define UINT_MAX 4294967295u
 """,
+    "string.h": """void *memset(void *to, int value, unsigned long size);
+void *memcpy(void *to, const void *from, unsigned long size);
+""",
     "assert.h": "#define assert(x) ((void)0)\n",
 }

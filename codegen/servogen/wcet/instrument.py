@@ -6,10 +6,11 @@ from itertools import zip_longest
 
 from pycparser import c_ast, c_generator
 
+from servogen.wcet.constants import evaluate
 from servogen.wcet.ctype import Array, CType, Record, Scalar, elements
 from servogen.wcet.operations import CLASSES
 from servogen.wcet.refusal import refuse
-from servogen.wcet.typed import LOGICAL, MATH_CLASSES, TypedFunction
+from servogen.wcet.typed import LOGICAL, MATH_CLASSES, MEMORY_FUNCTIONS, TypedFunction
 from servogen.wcet.unit import Unit
 
 _MACROS = {
@@ -271,12 +272,22 @@ class _Rewriter:
                 arguments.append(self._value(argument))
             else:
                 arguments.append(self._converted(argument, kind))
-        if name in MATH_CLASSES and name not in self.typed.unit.functions:
+        if self.typed.is_library(name) and name in MEMORY_FUNCTIONS:
+            loads, stores = MEMORY_FUNCTIONS[name]
+            size = self._size(given[-1])
+            return _macro("SG_WORDS", _int(loads), _int(stores), size, _macro(name, *arguments))
+        if self.typed.is_library(name):
             # isfinite and its like are macros of the real math.h; the compiler knows them so.
             called = _macro(f"__builtin_{name}", *arguments)
             what = c_ast.ID(f"SG_N_{MATH_CLASSES[name].upper()}")
             return _macro("SG_COUNT", what, called)
         return _macro("SG_CALL", _macro(name, *arguments))
+
+    def _size(self, node: c_ast.Node) -> c_ast.Node:
+        """A size as the target sees it, where pointers may be shorter than the host's."""
+        typed = self.typed
+        found = evaluate(node, typed.unit.known, typed.type_of, typed.size_operand).number
+        return node if found is None or not typed.is_literal(node) else _int(found)
 
 
 def _macro(name: str, *arguments: c_ast.Node) -> c_ast.FuncCall:

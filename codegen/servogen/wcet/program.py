@@ -14,7 +14,7 @@ from servogen.wcet.frame import CallCost, Frame
 from servogen.wcet.operations import Cost
 from servogen.wcet.parse import parse, preprocess
 from servogen.wcet.refusal import CountRefused, refuse
-from servogen.wcet.typed import MATH_CLASSES, TypedFunction
+from servogen.wcet.typed import TypedFunction
 from servogen.wcet.unit import Unit
 from servogen.wcet.walk import count_body
 
@@ -149,7 +149,7 @@ class Program:
             if "static" not in declaration.storage:
                 own += -(-size_of(kind) // 4) * 4
         self._active.append(found)
-        names = [n for n in called_names(found.node) if n.name.name not in MATH_CLASSES]
+        names = [n for n in called_names(found.node) if not typed.is_library(n.name.name)]
         below = [self._stack(self._lookup(found.unit, n, n.name.name)) for n in names]
         self._active.pop()
         return own + max(below, default=0)

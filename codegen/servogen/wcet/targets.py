@@ -49,7 +49,7 @@ class Target:
     cycles: Mapping[str, Mapping[str, Number]]
 
     def cost(self, counts: OperationCounts, precision: str) -> float:
-        """Cycles of these operations one after another, nothing overlapped.
+        """Cycles of these operations: the sum over the classes of count times cycles.
 
         Raises:
             InputError: the target states no cycles for this precision.

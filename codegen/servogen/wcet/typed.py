@@ -38,6 +38,10 @@ MATH_CLASSES = {
 }
 
 
+# Of string.h: (loads, stores) of a word of four bytes for each four bytes of their last argument.
+MEMORY_FUNCTIONS = {"memset": (0, 1), "memcpy": (1, 1)}
+
+
 class TypedFunction:
     """A function definition with the type of each expression in it.
 
@@ -103,6 +107,12 @@ class TypedFunction:
         if isinstance(node, c_ast.Typename):
             return self.unit.size_operand(node)
         return size_of(self.type_of(node))
+
+    def is_library(self, name: str) -> bool:
+        """True for a function of the C library that the counter knows the cost of."""
+        return name not in self.unit.functions and (
+            name in MATH_CLASSES or name in MEMORY_FUNCTIONS
+        )
 
     def _is_local(self, name: str) -> bool:
         return name in self.parameters or any(d.name == name for d, _ in self.locals)

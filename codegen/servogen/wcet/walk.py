@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pycparser import c_ast
 
 from servogen.wcet.caps import affine_bound
-from servogen.wcet.constants import CAP_SUFFIX, Value
+from servogen.wcet.constants import Value
 from servogen.wcet.ctype import INT, Array, CType, Record, Scalar, elements
 from servogen.wcet.expressions import convert, copy_record, read, truth
 from servogen.wcet.frame import Frame
@@ -249,8 +249,9 @@ def _capped(
 ) -> None:
     """The iterations of a solver: a fixed part and a part per iteration of the named cap."""
     cap = bound.cap
-    if cap is None or bound.number != len(values) or not values:
-        raise refuse(node, f"a loop up to a '{CAP_SUFFIX}' makes other than that many iterations")
+    assert cap is not None
+    if bound.number != len(values) or not values:
+        raise refuse(node, f"the loop does not run just as often as its iteration cap '{cap}' says")
     turns = [turn(values[0])]
     if header.counter in frame.used:
         turns += [turn(number) for number in values[1:]]
