@@ -203,6 +203,10 @@ VALUES = (
     Bad("unknown precision", edit("float64", "float16"), ('"float16"', '"float64" or "float32"')),
     Bad("name no C can have", edit('"small"', '"2 small"'), ('name is "2 small"', "C identifier")),
     Bad("name a keyword of C", edit('"small"', '"while"'), ('name is "while"', "C identifier")),
+    Bad("name of a header of C", edit('"small"', '"math"'), ('name is "math"', "header")),
+    Bad("name of the runtime's", edit('"small"', '"sg_pqp"'), ('name is "sg_pqp"', "sg_")),
+    Bad("name too long", edit('"small"', f'"{"n" * 32}"'), ("name is", "at most 31 letters")),
+    Bad("name not of ASCII", edit('"small"', '"größe"'), ("name is", "C identifier")),
     Bad(
         "iteration cap of zero",
         edit("[path]", "[controller.solver]\niteration_cap = 0\n[path]"),

@@ -13,12 +13,30 @@ C_KEYWORDS = frozenset(
         *("_Bool", "_Complex", "_Imaginary"),
     )
 )
+C_HEADERS = frozenset(
+    (
+        *("assert", "complex", "ctype", "errno", "fenv", "float", "inttypes", "iso646", "limits"),
+        *("locale", "math", "setjmp", "signal", "stdarg", "stdbool", "stddef", "stdint", "stdio"),
+        *("stdlib", "string", "tgmath", "time", "wchar", "wctype"),
+    )
+)
+RUNTIME_PREFIX = "sg"  # of the names and files in c_runtime/
 MAX_LENGTH = 31  # what C99 guarantees to be told apart in an external name
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 def is_c_identifier(name: str) -> bool:
-    """Whether a name may prefix the emitted names: a C identifier, not a keyword, not reserved."""
+    """Whether a name is a C identifier of reasonable length, and no keyword."""
     fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= MAX_LENGTH
     return fits and name not in C_KEYWORDS
+
+
+def is_free_prefix(name: str) -> bool:
+    """Whether the emitted names and files (``<name>.h``, ``<name>_step``) can begin with it.
+
+    A file called math.h beside the sources would be found instead of the library's own.
+    """
+    lower = name.lower()  # some file systems do not tell cases apart
+    own = lower == RUNTIME_PREFIX or lower.startswith(RUNTIME_PREFIX + "_")
+    return is_c_identifier(name) and lower not in C_HEADERS and not own

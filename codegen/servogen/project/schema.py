@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from servogen.project.fields import FileName, Section, told
-from servogen.project.identifiers import MAX_LENGTH, is_c_identifier
+from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.machine import MachineFile
 
 KNOWN_SYSTEMS = ("two_stage",)
@@ -20,8 +20,8 @@ MAX_ITERATIONS = 100_000
 
 
 def _identifier(name: str) -> str:
-    if not is_c_identifier(name):
-        raise ValueError("not a C identifier")
+    if not is_free_prefix(name):
+        raise ValueError("not a name that emitted ones can begin with")
     return name
 
 
@@ -212,7 +212,8 @@ class ProjectFile(Section):
         str,
         AfterValidator(_identifier),
         told(
-            f"a C identifier of at most {MAX_LENGTH} letters, digits and _",
+            f"a C identifier of at most {MAX_LENGTH} letters, digits and _, no keyword, not the "
+            "name of a standard header, not beginning with sg_",
             description="prefix of all emitted names",
         ),
     ]
