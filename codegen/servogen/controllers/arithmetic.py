@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from servogen.controllers.design import Port, Status, Value
 from servogen.precision import FloatArray, Precision
+
+Scalar = Any  # float for float64, numpy.float32 for float32
+
+
+def scalar_type(precision: Precision) -> Callable[[Any], Scalar]:
+    """Constructor of a scalar that computes like the C type."""
+    return np.float32 if precision.is_float32 else float
 
 
 def cast(values: object, precision: Precision) -> FloatArray:

@@ -204,6 +204,15 @@ class Cascade:
                 return self.fast.call("step")
         raise KeyError(operation)
 
+    def repeat(self, operation: str, count: int) -> FloatArray:
+        """(count, outputs) of an operation without inputs, called ``count`` times."""
+        names = [port.name for port in self.declaration.operation(operation).outputs]
+        rows = []
+        for _ in range(count):
+            outputs = self.call(operation)[1]
+            rows.append([outputs[name] for name in names])
+        return np.array(rows, dtype=self._real)
+
     def _reset(self, given: Mapping[str, Value]) -> Status:
         start = [self._real(given[f"position_{axis}"]) for axis in AXES]
         status = self.fast.call("reset", given)[0]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servogen.controllers.arithmetic import cast, check_port
+from servogen.controllers.arithmetic import Scalar, check_port, scalar_type
 from servogen.controllers.design import (
     Constant,
     Declaration,
@@ -33,7 +33,6 @@ from servogen.controllers.tracking_mpc import POSITION_FACTOR, state_ports
 from servogen.plants.errors import PlantError
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import FloatArray, Precision
-from servogen.qp.ordered import matvec
 from servogen.sets.constraints import AxisLimits
 
 # The fast command may lead the fast position by its own lag (about 1 mm at 0.7 m/s); a command
@@ -200,7 +199,8 @@ def declare_fast(design: FastDesign) -> Declaration:
                         ("reference", "r_f of (22), the point the tool should be at"),
                     )
                     for axis in AXES
-                ),
+                )
+                + (Port("along", "1", "points of the interval behind that point"),),
                 returns_status=False,
             ),
         ),
@@ -209,25 +209,29 @@ def declare_fast(design: FastDesign) -> Declaration:
 
 
 class FastStage:
-    """Reference of the emitted fast stage, bit for bit."""
+    """Reference of the emitted fast stage, bit for bit.
+
+    It runs at the fast rate, so it computes on scalars: Python's own for float64, which are the
+    same IEEE numbers and much quicker than numpy's.
+    """
 
     def __init__(self, design: FastDesign) -> None:
         self.design = design
         self.declaration = declare_fast(design)
-        p = design.precision
-        self._real = p.dtype.type
-        constants = {c.name: self._real(c.value) for c in self.declaration.constants}
-        self._c = constants
-        self._model = [cast(axis.model.a.T, p) for axis in design.axes]
-        self._input = [cast(axis.model.b, p) for axis in design.axes]
-        self._row = [cast(axis.row[:, None], p) for axis in design.axes]
+        self._real = real = scalar_type(design.precision)
+        self._c = {c.name: real(c.value) for c in self.declaration.constants}
+        self._model = [[[real(v) for v in row] for row in axis.model.a] for axis in design.axes]
+        self._input = [[real(v) for v in axis.model.b] for axis in design.axes]
+        self._row = [[real(v) for v in axis.row] for axis in design.axes]
+        self._direct = [self._c[f"direct_{a}"] for a in AXES]
+        self._limit = [self._c[f"limit_{a}"] for a in AXES]
         self._ports = {
             op.name: {port.name: port for port in op.inputs} for op in self.declaration.operations
         }
-        self._clear([self._real(0.0)] * 2)
+        self._clear([real(0.0)] * 2)
         self.ready = False
 
-    def _clear(self, start: list[np.floating]) -> None:
+    def _clear(self, start: list[Scalar]) -> None:
         self.path = [[value] for value in start]  # points from the head on
         self.queue: list[int] = []
         self.current = 0
@@ -236,9 +240,8 @@ class FastStage:
         self.rate_begin = self._real(0.0)
         self.rate_flat = self._real(0.0)
         self.rate_end = self._real(0.0)
-        self.state = [np.zeros(self.design.order, dtype=self._real) for _ in AXES]
-        for i in range(2):
-            self.state[i][0] = start[i]
+        rest = [self._real(0.0)] * (self.design.order - 1)
+        self.state = [[start[i], *rest] for i in range(2)]
         self.command = list(start)
 
     def call(
@@ -273,10 +276,11 @@ class FastStage:
         count = int(np.asarray(given["n_points"]))
         if not 0 <= count <= self.design.points:
             return Status.OUT_OF_RANGE
-        points = [np.asarray(given[f"points_{a}"], dtype=self._real)[:count] for a in AXES]
+        precision = self.design.precision
+        points = [np.asarray(given[f"points_{a}"], dtype=precision.dtype)[:count] for a in AXES]
         if count:
             status = max(
-                check_port(self._ports["push"][f"points_{a}"], points[i], self.design.precision)
+                check_port(self._ports["push"][f"points_{a}"], points[i], precision)
                 for i, a in enumerate(AXES)
             )
             if status is not Status.OK:
@@ -284,7 +288,7 @@ class FastStage:
         if len(self.queue) >= self.design.intervals:
             return Status.OVERFLOW
         for i in range(2):
-            self.path[i].extend(points[i])
+            self.path[i].extend(self._real(value) for value in points[i])
         self.queue.append(count)
         return Status.OK
 
@@ -297,7 +301,7 @@ class FastStage:
         if status is Status.OK:
             for i in range(2):
                 own = names[i * (n + 1) : (i + 1) * (n + 1)]
-                self.state[i] = np.array([given[name] for name in own[:n]], dtype=self._real)
+                self.state[i] = [self._real(given[name]) for name in own[:n]]
                 self.command[i] = self._real(given[own[n]])
         for i in range(2):
             del self.path[i][: self.current]
@@ -308,7 +312,7 @@ class FastStage:
         self._plan_feed(self._real(self.current), self._real(following))
         return status, {"interval_points": self.current}
 
-    def _plan_feed(self, points: np.floating, following: np.floating) -> None:
+    def _plan_feed(self, points: Scalar, following: Scalar) -> None:
         """Rates (points per fast sample) at the start, in the flat middle and at the end.
 
         The start is where the last interval ended; the end is the mean of this interval's and the
@@ -334,7 +338,7 @@ class FastStage:
         self.rate_begin, self.rate_end = begin, end
         self.rate_flat = (points - c["ramp_half"] * (begin + end)) * c["flat_inverse"]
 
-    def _rate(self) -> np.floating:
+    def _rate(self) -> Scalar:
         ramp = self.design.ramp
         left = self.design.points - self.done
         real, half = self._real, self._real(0.5)
@@ -346,28 +350,40 @@ class FastStage:
             return self.rate_end + (self.rate_flat - self.rate_end) * share
         return self.rate_flat
 
-    def _point(self, axis: int) -> np.floating:
+    def _point(self, axis: int) -> Scalar:
+        path = self.path[axis]
         if self.current == 0:
-            return self._real(self.path[axis][0])
+            return path[0]
         index = min(max(int(self.along), 0), self.current - 1)
         share = self.along - self._real(index)
-        here, there = self.path[axis][index], self.path[axis][index + 1]
-        return self._real(here + share * (there - here))
+        here, there = path[index], path[index + 1]
+        return here + share * (there - here)
 
     def step(self) -> dict[str, Value]:
+        """One fast sample: the outputs, then the model and the feed one sample on."""
         outputs: dict[str, Value] = {}
         for i, axis in enumerate(AXES):
             reference = self._point(i)
-            taken = (
-                matvec(self._row[i], self.state[i])[0] + self._c[f"direct_{axis}"] * self.command[i]
-            )
-            limit = self._c[f"limit_{axis}"]
+            state, command = self.state[i], self.command[i]
+            taken = _dot(self._row[i], state) + self._direct[i] * command
+            limit = self._limit[i]
             outputs[f"reference_{axis}"] = reference
             outputs[f"command_{axis}"] = min(max(reference - taken, -limit), limit)
-            self.state[i] = matvec(self._model[i], self.state[i]) + self._input[i] * self.command[i]
+            self.state[i] = [
+                _dot(row, state) + gain * command
+                for row, gain in zip(self._model[i], self._input[i], strict=True)
+            ]
+        outputs["along"] = self.along
         if self.done < self.design.points:
             self.along = min(self.along + self._rate(), self._real(self.current))
             self.done += 1
         if self.done == self.design.points:
             self.along = self._real(self.current)
         return outputs
+
+
+def _dot(row: list[Scalar], state: list[Scalar]) -> Scalar:
+    total = row[0] * state[0]
+    for a, x in zip(row[1:], state[1:], strict=True):
+        total = total + a * x
+    return total

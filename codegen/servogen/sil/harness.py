@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from servogen.controllers.design import Reference, Status, Value
+from servogen.precision import FloatArray
 
 
 @dataclass(frozen=True)
@@ -112,10 +114,17 @@ def compare(
     return agreement
 
 
+class Repeating(Reference, Protocol):
+    """A controller that can run an operation without inputs many times."""
+
+    def repeat(self, operation: str, count: int) -> FloatArray:
+        """(count, outputs)."""
+
+
 class Twin:
     """Both controllers behind one ``call``: a closed loop runs on the C, the reference follows."""
 
-    def __init__(self, reference: Reference, compiled: Reference, bound: float = 0.0) -> None:
+    def __init__(self, reference: Repeating, compiled: Repeating, bound: float = 0.0) -> None:
         self.reference, self.compiled, self.bound = reference, compiled, bound
         self.declaration = compiled.declaration
         self.agreement = Agreement()
@@ -128,4 +137,27 @@ class Twin:
         second = self.compiled.call(operation, given)
         if self.agreement.difference is None:
             compare_outputs(self.agreement, Call(operation, given), first, second, self.bound)
+        return second
+
+    def repeat(self, operation: str, count: int) -> FloatArray:
+        """Outputs of ``count`` calls, as the C gives them; both are compared."""
+        first = self.reference.repeat(operation, count)
+        second = self.compiled.repeat(operation, count)
+        agreement = self.agreement
+        agreement.calls += count
+        agreement.decisions += count
+        if np.array_equal(first, second):
+            return second
+        gaps = np.abs(first.astype(float) - second.astype(float))
+        agreement.worst = max(agreement.worst, float(np.max(gaps)))
+        if agreement.difference is None and not np.all(gaps <= self.bound):
+            row, column = np.argwhere(~(gaps <= self.bound))[0]
+            port = self.declaration.operation(operation).outputs[int(column)].name
+            agreement.difference = Difference(
+                agreement.calls - count + int(row),
+                operation,
+                port,
+                float(first[row, column]),
+                float(second[row, column]),
+            )
         return second
