@@ -49,6 +49,38 @@ def test_both_axes_through_a_shared_kernel(counts: Counter) -> None:
     assert result.one_iteration().mul == 14
 
 
+def test_a_turn_counted_by_hand_is_followed(counts: Counter) -> None:
+    text = """
+    enum { A_ITERATION_CAP = 30, PERIOD = 5 };
+    sg_real f(sg_real x, int a)
+    {
+        int turn = 0;
+        for (int k = 0; k < A_ITERATION_CAP; k++) {
+            int kind = (turn == PERIOD - 1) ? 2 : 0;
+            if (x > 3.0) { break; }
+            if (k == A_ITERATION_CAP - 1) { break; }
+            if (turn == 0) { kind = (a > 0) ? 1 : 0; }
+            if (kind == 2) {
+                for (int i = 0; i < 10; i++) { x = x * 3.0; }
+            } else {
+                for (int i = 0; i < 20; i++) { x = x + 3.0; }
+            }
+            SKIP
+            turn = (turn == PERIOD - 1) ? 0 : (turn + 1);
+        }
+        return x;
+    }"""
+    part = counts(text.replace("SKIP", "")).per_iteration["A_ITERATION_CAP"]
+    assert (part.mul, part.add) == (
+        2 * 10 // 5,
+        4 * 20 // 5,
+    )  # a may be such that turn 0 has kind 2
+    part = counts(text.replace("SKIP", "if (x > 2.0) { continue; }")).per_iteration[
+        "A_ITERATION_CAP"
+    ]
+    assert (part.mul, part.add) == (10, 20)
+
+
 def test_a_plain_loop_up_to_the_cap_is_exact(counts: Counter) -> None:
     text = """
     enum { A_ITERATION_CAP = 9 };

@@ -180,11 +180,18 @@ def _for(frame: Frame, node: c_ast.For, cost: Cost) -> None:
         raise refuse(node, f"the address of the counter '{header.counter}' is taken")
     _statement(frame, node.init, cost)
     changed = assigned_names(node.stmt) | assigned_names(node.next) - {header.counter}
+    at_entry = {name: frame.values[name] for name in changed if name in frame.values}
     frame.forget(changed)
     values, bound = counter_values(node, header, frame.decide)
     _check_unsigned(frame, node, header)
     outer_use = header.counter in frame.used
     frame.used.discard(header.counter)
+
+    # The iterations of a solver are followed one by one, so that a variable that counts them in
+    # its own way stays known; a continue would join ways whose values differ.
+    carries = bound.cap is not None and not _holds_continue(node.stmt)
+    if carries:
+        frame.values.update(at_entry)
 
     def test(number: int) -> Cost:
         part = Cost()
@@ -196,13 +203,14 @@ def _for(frame: Frame, node: c_ast.For, cost: Cost) -> None:
     def turn(number: int) -> Cost:
         part = test(number)
         _statement(frame, node.stmt, part)
-        frame.forget(changed)
+        if not carries:
+            frame.forget(changed)
         _set(frame, header, number)
         read(frame, node.next, part)
         return part
 
     if bound.cap is not None:
-        _capped(frame, node, header, values, bound, turn, cost)
+        _capped(node, values, bound, turn, cost)
     else:
         _counted(frame, node, header, values, turn, cost)
     cost.add(test(values.stop if not values else values[-1] + values.step))
@@ -239,9 +247,7 @@ def _counted(
 
 
 def _capped(
-    frame: Frame,
     node: c_ast.For,
-    header: Header,
     values: range,
     bound: Value,
     turn: Callable[[int], Cost],
@@ -252,9 +258,7 @@ def _capped(
     assert cap is not None
     if bound.number != len(values) or not values:
         raise refuse(node, f"the loop does not run just as often as its iteration cap '{cap}' says")
-    turns = [turn(values[0])]
-    if header.counter in frame.used:
-        turns += [turn(number) for number in values[1:]]
+    turns = [turn(number) for number in values]
     if any(part.per_iteration for part in turns):
         raise refuse(node, "a loop up to an iteration cap inside another")
     fixed, per_iteration = affine_bound([part.fixed for part in turns])
@@ -262,6 +266,10 @@ def _capped(
     part.fixed = fixed
     part.per_iteration[cap] = per_iteration
     cost.add(part)
+
+
+def _holds_continue(node: c_ast.Node) -> bool:
+    return isinstance(node, c_ast.Continue) or any(_holds_continue(c) for _, c in node.children())
 
 
 def _check_unsigned(frame: Frame, node: c_ast.For, header: Header) -> None:
