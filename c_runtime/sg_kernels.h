@@ -89,14 +89,32 @@ static inline void sg_shift(int n, sg_real *x, sg_real last)
     x[n - 1] = last;
 }
 
-/* y = M x; `columns` is M transposed, (cols, rows). Sums run from the first column to the last. */
+/*
+ * y = M x; `columns` is M transposed, (cols, rows). Every y[i] is summed from the first column to the
+ * last; four columns share one pass over y, which saves three of four loads and stores of it.
+ */
 static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns,
                              const sg_real *restrict x, sg_real *restrict y)
 {
+    const int blocks = cols / 4;
     for (int i = 0; i < rows; i++) {
-        y[i] = columns[i] * x[0];
+        y[i] = (sg_real)0;
     }
-    for (int j = 1; j < cols; j++) {
+    for (int block = 0; block < blocks; block++) {
+        const int j = 4 * block;
+        const sg_real x0 = x[j];
+        const sg_real x1 = x[j + 1];
+        const sg_real x2 = x[j + 2];
+        const sg_real x3 = x[j + 3];
+        const sg_real *restrict c0 = &columns[j * rows];
+        const sg_real *restrict c1 = &columns[(j + 1) * rows];
+        const sg_real *restrict c2 = &columns[(j + 2) * rows];
+        const sg_real *restrict c3 = &columns[(j + 3) * rows];
+        for (int i = 0; i < rows; i++) {
+            y[i] = (((y[i] + (c0[i] * x0)) + (c1[i] * x1)) + (c2[i] * x2)) + (c3[i] * x3);
+        }
+    }
+    for (int j = 4 * blocks; j < cols; j++) {
         const sg_real factor = x[j];
         const sg_real *restrict column = &columns[j * rows];
         for (int i = 0; i < rows; i++) {

@@ -192,15 +192,14 @@ def declare_fast(design: FastDesign) -> Declaration:
             Operation(
                 "step",
                 "One fast sample.",
-                outputs=tuple(
-                    Port(f"{name}_{axis}", "m", doc)
-                    for name, doc in (
-                        ("command", "fast stage position command"),
-                        ("reference", "r_f of (22), the point the tool should be at"),
-                    )
-                    for axis in AXES
-                )
-                + (Port("along", "1", "points of the interval behind that point"),),
+                outputs=(
+                    *(Port(f"command_{axis}", "m", "fast stage command") for axis in AXES),
+                    *(
+                        Port(f"reference_{axis}", "m", "r_f of (22), where the tool should be")
+                        for axis in AXES
+                    ),
+                    Port("along", "1", "points of the interval behind that point"),
+                ),
                 returns_status=False,
             ),
         ),

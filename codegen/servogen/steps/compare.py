@@ -1,0 +1,73 @@
+"""``servogen study``: the paper's Table I on this machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from servogen.progress import Progress
+from servogen.steps.prepare import Prepared
+from servogen.steps.simulate import BACKUP_SHARE, row_json
+from servogen.systems.closed_loop import Run
+from servogen.systems.study import PAPER, PAPER_IDEAL_S, StudyRow, run_study
+
+SCHEMA = "servogen.study/1"
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """Rows in the order of the paper's completion times."""
+
+    rows: list[StudyRow]
+    runs: dict[str, Run]
+
+    @property
+    def passed(self) -> bool:
+        return all(
+            row.passed and row.backups <= BACKUP_SHARE * 2 * row.periods for row in self.rows
+        )
+
+    def lines(self) -> list[str]:
+        lines = ["study     T/ideal (paper)   max a        mean a       mean v cm/s  work J/kg"]
+        for row in self.rows:
+            p = row.performance
+            lines.append(
+                f"  {row.name:9s} {p.ratio:.4f} ({PAPER[row.name][0] / PAPER_IDEAL_S:.3f})  "
+                f"{_two(p.max_acceleration, 1)}  {_two(p.mean_acceleration, 2)}  "
+                f"{_two((100 * p.mean_velocity[0], 100 * p.mean_velocity[1]), 1)}  "
+                f"{_two(p.work, 1)}{'' if row.passed else '  FAILED'}"
+            )
+        return lines
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "schema": SCHEMA,
+            "passed": self.passed,
+            "rows": [
+                {**row_json(row), "passed": row.passed, "enforced": row.enforced,
+                 "paper": _paper(row.name)}
+                for row in self.rows
+            ],
+        }  # fmt: skip
+
+
+def _two(pair: tuple[float, float], digits: int) -> str:
+    return f"{pair[0]:5.{digits}f}, {pair[1]:5.{digits}f}"
+
+
+def _paper(name: str) -> dict[str, object]:
+    time_s, max_a, mean_a, mean_v, fast, work = PAPER[name]
+    return {
+        "time_s": time_s,
+        "ratio": time_s / PAPER_IDEAL_S,
+        "max_acceleration": list(max_a),
+        "mean_acceleration": list(mean_a),
+        "mean_velocity_cm_per_s": list(mean_v),
+        "mean_fast_mm": list(fast),
+        "work": list(work),
+    }
+
+
+def compare(prepared: Prepared, progress: Progress) -> StudyResult:
+    """Run all rows with their compiled C."""
+    rows, runs = run_study(prepared.machine, progress)
+    return StudyResult(rows, runs)

@@ -1,0 +1,133 @@
+"""From a project to the machine and the design that every step starts from."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from servogen.controllers.cascade import CascadeDesign, declare_parts
+from servogen.emit.package import CPackage, emit_package
+from servogen.errors import CheckFailed
+from servogen.precision import Precision
+from servogen.progress import Progress
+from servogen.project import Project
+from servogen.project.physics import check_project
+from servogen.systems.two_stage import (
+    Machine,
+    Tuning,
+    design_cascade,
+    project_tuning,
+    with_cap,
+)
+from servogen.wcet.allowance import Allowance, iteration_allowance
+from servogen.wcet.package import PackageCount, count_package
+from servogen.wcet.targets import Target, load_target
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A judged machine with the tuning that will be built; what is costly is made once."""
+
+    machine: Machine
+    tuning: Tuning
+
+    @cached_property
+    def design(self) -> CascadeDesign:
+        return design_cascade(self.machine, self.tuning)
+
+    @cached_property
+    def package(self) -> CPackage:
+        return package_of(self.design)
+
+    def in_precision(self, precision: Precision) -> CascadeDesign:
+        """The same design in another precision."""
+        if precision is self.machine.precision:
+            return self.design
+        return design_cascade(self.machine, self.tuning, precision=precision)
+
+
+def package_of(design: CascadeDesign) -> CPackage:
+    """Emit a cascade."""
+    return emit_package(design.prefix, declare_parts(design))
+
+
+def prepare(project: Project, progress: Progress) -> Prepared:
+    """Plants, sets, path and design of a project; the cap from the target if asked for.
+
+    Raises:
+        InputError: whatever is wrong with the project.
+        CheckFailed: ``iteration_cap = "target"`` and not one iteration fits.
+    """
+    with progress.task("Plants, admissible sets, path"):
+        parts = check_project(project)
+    machine = Machine(project, parts.plants, parts.sets, parts.timed)
+    tuning = project_tuning(project)
+    if project.controller.solver.iteration_cap == "target" and tuning.horizon:
+        tuning = with_cap(tuning, _allowed_cap(machine, tuning))
+    return Prepared(machine, tuning)
+
+
+def _allowed_cap(machine: Machine, tuning: Tuning) -> int:
+    package = package_of(design_cascade(machine, tuning))
+    allowance = allow(machine, count_slow_step(package), project_target(machine.project))
+    if not allowance.largest_cap:
+        raise CheckFailed(f"not one iteration fits the target: {allowance.sentence()}")
+    return allowance.largest_cap
+
+
+def project_target(project: Project, name: str | None = None) -> Target:
+    """The target named, or the project's."""
+    return load_target(name or project.target.name, project.file.parent)
+
+
+@contextmanager
+def written(package: CPackage) -> Iterator[Path]:
+    """The package's files in a temporary folder that goes away with the block."""
+    folder = Path(tempfile.mkdtemp(prefix="servogen-c-"))
+    try:
+        for name, text in package.files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def entry_points(package: CPackage) -> list[str]:
+    """Names of every function a user may call, by controller."""
+    names = []
+    for d in package.declarations:
+        names.append(f"{d.prefix}_init")
+        names += [f"{d.prefix}_{op.name}" for op in d.operations]
+    return names
+
+
+def count_emitted(package: CPackage) -> PackageCount:
+    """Worst-case counts of every entry point, read from the C."""
+    with written(package) as folder:
+        return count_package(
+            [folder / name for name in package.sources], [folder], entry_points(package)
+        )
+
+
+def count_slow_step(package: CPackage) -> PackageCount:
+    """The same for the cascade's slow step alone."""
+    with written(package) as folder:
+        return count_package(
+            [folder / name for name in package.sources], [folder], [f"{package.name}_step"]
+        )
+
+
+def allow(machine: Machine, counts: PackageCount, target: Target) -> Allowance:
+    """What the slow step may use of the target, both axes together."""
+    return iteration_allowance(
+        counts.entry_points[f"{machine.project.name}_step"],
+        target,
+        counts.precision,
+        machine.slow_period_s,
+        machine.project.target.share,
+    )
