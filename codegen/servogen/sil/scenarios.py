@@ -1,0 +1,261 @@
+"""Calls that try a controller out: random states and paths, drawn from its design and a seed.
+
+Calls are plain data, so that both sides of the harness get the same ones. Where a call depends on
+what the controller answered before (the cascade around its plant), a reference of its own answers
+while the calls are drawn up. The same design and seed give the same calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from servogen.controllers.cascade import Cascade, CascadeDesign
+from servogen.controllers.design import Reference, Status, Value
+from servogen.controllers.fast_stage import FastDesign, FastStage
+from servogen.controllers.governor import AXES, Governor, GovernorDesign
+from servogen.controllers.tracking_mpc import MpcDesign, TrackingMpc
+from servogen.precision import FloatArray
+from servogen.sets.constraints import AxisLimits
+from servogen.sil.edges import edge_calls, random_inputs
+from servogen.sil.harness import Call
+
+Design = GovernorDesign | MpcDesign | FastDesign | CascadeDesign
+
+
+class Scenario(NamedTuple):
+    """``name``: controller prefix and what is tried; ``reference``: makes a fresh one, whose
+    ``declaration`` names the C; ``calls``: for the harness, from a fresh instance on."""
+
+    name: str
+    reference: Callable[[], Reference]
+    calls: list[Call]
+
+
+def suite(design: CascadeDesign, seed: int, count: int) -> Iterator[Scenario]:
+    """Edges and ``count`` random slow steps or states for every controller of a cascade.
+
+    The same seed gives the same scenarios; about 20 ms of reference time per step at a cap of 500.
+    """
+    parts: list[tuple[str, Design, Callable[[], Reference]]] = [
+        (design.governor.prefix, design.governor, lambda: Governor(design.governor)),
+        *((m.prefix, m, _mpc_factory(m)) for m in {m.prefix: m for m in design.mpc or ()}.values()),
+        (design.fast.prefix, design.fast, lambda: FastStage(design.fast)),
+        (design.prefix, design, lambda: Cascade(design)),
+    ]
+    for number, (prefix, part, factory) in enumerate(parts):
+        declaration = factory().declaration
+        yield Scenario(f"{prefix}: edges", factory, list(edge_calls(declaration)))
+        calls = list(random_calls(part, seed + number, count))
+        yield Scenario(f"{prefix}: random", factory, calls)
+
+
+def _mpc_factory(design: MpcDesign) -> Callable[[], Reference]:
+    return lambda: TrackingMpc(design)
+
+
+def random_calls(design: Design, seed: int, count: int) -> Iterator[Call]:
+    """``count`` slow steps or states of one controller, with what belongs to each."""
+    rng = np.random.default_rng(seed)
+    match design:
+        case GovernorDesign():
+            return _governor_calls(design, rng, count)
+        case MpcDesign():
+            return _mpc_calls(design, rng, count)
+        case FastDesign():
+            return _fast_calls(design, rng, count)
+        case CascadeDesign():
+            return _cascade_calls(design, rng, count)
+
+
+def smooth_path(
+    rng: np.random.Generator, limits: tuple[AxisLimits, AxisLimits], step_m: float, count: int
+) -> FloatArray:
+    """(count, 2) m: a curve of wandering heading and speed, at most ``step_m`` per point."""
+    reach = np.array([0.9 * lim.position_m for lim in limits])
+    heading = np.cumsum(rng.normal(0.0, 0.05, count)) + rng.uniform(-np.pi, np.pi)
+    speed = step_m * np.clip(np.abs(np.cumsum(rng.normal(0.0, 0.02, count)) + 0.5), 0.0, 1.0)
+    moves = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    path = rng.uniform(-reach, reach) + np.cumsum(moves, axis=0)
+    # folded back at the edge of the workspace: continuous, and inside
+    folded: FloatArray = np.asarray(reach - np.abs(np.mod(path + reach, 4.0 * reach) - 2.0 * reach))
+    return folded
+
+
+def random_state(
+    rng: np.random.Generator, order: int, limits: AxisLimits, around: float
+) -> FloatArray:
+    """(order,) a state near rest, in motion, with some components on their limits, or anywhere."""
+    scale = np.array(
+        [limits.fast_range_m, limits.velocity_m_per_s, limits.acceleration_m_per_s2]
+        + [limits.acceleration_m_per_s2 * 10.0 ** (i - 2) for i in range(3, order)]
+    )
+    size = float(rng.choice([0.0, 1e-6, 0.05, 0.5, 1.0, 1.3]))
+    state: FloatArray = size * scale * rng.uniform(-1.0, 1.0, order)
+    state[0] += around
+    if rng.random() < 0.2:
+        at = rng.integers(1, 3)
+        state[at] = rng.choice([-1.0, 1.0]) * scale[at]
+    if rng.random() < 0.1:
+        state[0] = rng.choice([-1.0, 1.0]) * limits.position_m
+    return state
+
+
+def _state_inputs(prefix: str, names: list[str], state: FloatArray) -> dict[str, Value]:
+    return {f"{prefix}{name}": float(v) for name, v in zip(names, state, strict=True)}
+
+
+def _points_count(rng: np.random.Generator, points: int) -> int:
+    return int(rng.choice(np.array([0, 1, points, int(rng.integers(points + 1))])))
+
+
+def _names(order: int) -> list[str]:
+    return ["position", "velocity", "acceleration", *(f"state_{i}" for i in range(3, order))]
+
+
+def _on_facet(design: GovernorDesign, axis: int, last: float, state: FloatArray) -> FloatArray:
+    """The state moved along (v, a, ...) onto the first row of O-infinity that it meets."""
+    section = design.sections[axis]
+    rest = section.rows @ state[1:]
+    offset = section.shift * state[0] + last - state[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lengths = (np.sign(rest) * section.bound - offset) / rest
+    usable = lengths[np.isfinite(lengths) & (lengths > 0.0)]
+    moved = state.copy()
+    moved[1:] *= float(usable.min()) if usable.size else 0.0
+    return moved
+
+
+def _governor_calls(design: GovernorDesign, rng: np.random.Generator, count: int) -> Iterator[Call]:
+    names = _names(design.order)
+    for _ in range(count):
+        step = rng.choice([0.01, 0.3, 1.0]) * design.limits[0].velocity_m_per_s
+        step *= design.sample_time_s / design.points
+        path = smooth_path(rng, design.limits, step, design.points + 1)
+        inputs: dict[str, Value] = {}
+        for i, axis in enumerate(AXES):
+            last = float(path[0, i])
+            state = random_state(rng, design.order, design.limits[i], last)
+            if rng.random() < 0.3:
+                state = _on_facet(design, i, last, state)
+            inputs |= _state_inputs(f"{axis}_", names, state)
+            inputs |= {f"last_{axis}": last, f"points_{axis}": path[1:, i].copy()}
+        inputs["n_points"] = _points_count(rng, design.points)
+        yield Call("step", inputs)
+
+
+def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Iterator[Call]:
+    limits, horizon = design.limits, design.horizon
+    names = _names(design.plant.order)
+    here = 0.0
+    for index in range(count):
+        step = rng.choice([0.0, 0.05, 0.5, 1.0]) * limits.velocity_m_per_s
+        step *= design.plant.sample_time_s
+        if index % 10 == 0:
+            here = float(rng.uniform(-1.0, 1.0) * limits.position_m)
+            yield Call("reset", {"position": here})
+        pair = (limits, limits)
+        path = smooth_path(rng, pair, step, horizon + 1)[:, 0]
+        path = np.clip(path + here - path[0], -limits.position_m, limits.position_m)
+        if rng.random() < 0.2:
+            yield Call("seed", {"command": float(path[-1])})
+        state = random_state(rng, design.plant.order, limits, here)
+        inputs = _state_inputs("", names, state)
+        yield Call("candidate", inputs)
+        low, high = mpc_window(path, limits)
+        yield Call("step", {**inputs, "reference": path, "low": low, "high": high})
+        if rng.random() < 0.1:
+            yield Call("hold", {"reference": float(path[-1])})
+
+
+def mpc_window(references: FloatArray, limits: AxisLimits) -> tuple[FloatArray, FloatArray]:
+    """Bounds (N,) of y_1..y_N for straight intervals between the references (N+1,): the range at
+    both ends of every interval, and the position limit, as the cascade draws them."""
+    greatest = np.maximum(references[:-1], references[1:])
+    least = np.minimum(references[:-1], references[1:])
+    low, high = greatest.copy(), least.copy()
+    low[:-1] = np.maximum(low[:-1], greatest[1:])
+    high[:-1] = np.minimum(high[:-1], least[1:])
+    return (
+        np.maximum(low - limits.fast_range_m, -limits.position_m),
+        np.minimum(high + limits.fast_range_m, limits.position_m),
+    )
+
+
+def _fast_calls(design: FastDesign, rng: np.random.Generator, count: int) -> Iterator[Call]:
+    """Pushes, begins and steps in any order: queues that run over or dry, intervals cut short."""
+    declaration = FastStage(design).declaration
+    full = design.points
+    for index in range(count):
+        path = smooth_path(rng, design.limits, 1e-4, full + 1)
+        if index % 40 == 0:
+            start: dict[str, Value] = {f"position_{a}": path[0, i] for i, a in enumerate(AXES)}
+            yield Call("reset", start)
+        for _ in range(rng.integers(0, 3)):
+            taken = _points_count(rng, full)
+            points: dict[str, Value] = {
+                f"points_{a}": path[1:, i].copy() for i, a in enumerate(AXES)
+            }
+            yield Call("push", {**points, "n_points": taken})
+        yield Call("begin", random_inputs(declaration, "begin", rng, 0.3))
+        steps = int(rng.choice([0, 1, full - 1, full, full + 3], p=[0.1, 0.1, 0.1, 0.6, 0.1]))
+        yield from [Call("step")] * steps
+
+
+def _cascade_calls(design: CascadeDesign, rng: np.random.Generator, count: int) -> Iterator[Call]:
+    """The cascade around its own model, on a random path, with jumps and disturbances."""
+    own, full = Cascade(design), design.governor.points
+    names, order = _names(design.governor.order), design.governor.order
+    models = [axis.model for axis in design.fast.axes]
+    state, left, taken_since = np.zeros((2, order)), 0, 0
+    path: FloatArray = np.zeros((0, 2))
+    for index in range(count + design.horizon):
+        if index % 60 == 0:
+            step = rng.choice([0.1, 0.5, 1.0]) * design.governor.limits[0].velocity_m_per_s
+            step *= design.fast.sample_time_s
+            length = int(rng.integers(2, 40 * full))
+            path, left, taken_since = smooth_path(rng, design.governor.limits, step, length), 0, 0
+            state[:] = 0.0
+            state[:, 0] = path[0]
+            start = Call("reset", {f"position_{a}": path[0, i] for i, a in enumerate(AXES)})
+            own.call(start.operation, start.inputs)
+            yield start
+        left = min(full, len(path) - 1 - taken_since)
+        window = np.zeros((2, full))
+        window[:, :left] = path[taken_since + 1 : taken_since + 1 + left].T
+        call = Call("step", _disturbed(rng, names, state, window, left))
+        yield call
+        status, outputs = own.call(call.operation, call.inputs)
+        taken_since += int(np.asarray(outputs["points_taken"]))
+        if status is Status.PRIMING:
+            continue
+        steps = full if rng.random() < 0.9 else int(rng.integers(0, full))
+        for _ in range(steps):
+            own.call("fast_step")
+            yield Call("fast_step")
+        for i, axis in enumerate(AXES):
+            command = float(np.asarray(outputs[f"command_{axis}"]))
+            for _ in range(full):
+                state[i] = models[i].a @ state[i] + models[i].b * command
+
+
+def _disturbed(
+    rng: np.random.Generator, names: list[str], state: FloatArray, window: FloatArray, left: int
+) -> dict[str, Value]:
+    """Inputs of a cascade step; now and then a push, a lost measurement or a jump of the path."""
+    inputs: dict[str, Value] = {}
+    kind = rng.random()
+    if kind < 0.03:
+        window = window + 0.1 * rng.normal(size=(2, 1))
+    for i, axis in enumerate(AXES):
+        measured = state[i].copy()
+        if kind > 0.95:
+            measured[1:3] += rng.normal(size=2) * [0.2, 3.0]
+        if 0.90 < kind < 0.93:
+            measured[rng.integers(len(names))] = np.nan
+        inputs |= _state_inputs(f"{axis}_", names, measured)
+        inputs[f"points_{axis}"] = window[i].copy()
+    inputs["n_points"] = left
+    return inputs
