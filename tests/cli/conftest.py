@@ -8,11 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from small_project import SMALL_TOML, FakeResult, Outcome, dxf, line
+from small_project import SMALL_TOML, Outcome, dxf, line
 
 import servogen
 from servogen.cli import main
-from servogen.outputs import write_tree
 
 
 @pytest.fixture
@@ -41,17 +40,13 @@ def servogen_command(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcom
 
 @pytest.fixture
 def fake_pipeline(monkeypatch: pytest.MonkeyPatch) -> types.SimpleNamespace:
-    """A pipeline whose build judges the whole input and writes one file; other steps are set."""
-    from servogen.project.physics import check_project
+    """A pipeline whose build is the real one; the other steps are set by the tests."""
+    from servogen.steps.build import build
+    from servogen.steps.prepare import prepare
 
-    def build(project: object, out: Path, progress: object) -> FakeResult:
-        check_project(project)  # type: ignore[arg-type]
-        write_tree(
-            out, {"manifest.json": '{"schema": "servogen.manifest/1"}', "small.c": "int x;\n"}
-        )
-        return FakeResult()
-
-    fake = types.SimpleNamespace(build=build)
+    fake = types.SimpleNamespace(
+        build=lambda project, out, progress: build(prepare(project, progress), out)
+    )
     monkeypatch.setattr(servogen, "pipeline", fake, raising=False)
     monkeypatch.setitem(sys.modules, "servogen.pipeline", fake)  # type: ignore[arg-type]
     return fake
