@@ -186,7 +186,7 @@ def _run_step(
 
     step: Callable[..., Result] = getattr(pipeline, verb)
     result = step(project, *args, **options, progress=for_stream(sys.stderr))
-    # With the JSON on standard output the lines for people step aside.
+    # With the JSON on standard output, the lines for people step aside.
     people = sys.stderr if json is not None and str(json) == "-" else sys.stdout
     for line in result.lines():
         print(line, file=people)
