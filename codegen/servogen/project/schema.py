@@ -125,7 +125,7 @@ class Controller(Section):
     """The table ``[controller]``."""
 
     kind: Annotated[
-        Literal["sprg_mpc", "sprg", "lfs"], Field(description="which controller is emitted")
+        Literal["sprg_mpc", "sprg"], Field(description="which controller is emitted")
     ] = "sprg_mpc"
     governor: Governor = Governor()
     mpc: Mpc = Mpc()

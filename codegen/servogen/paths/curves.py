@@ -1,0 +1,132 @@
+"""The geometry every reader translates its drawing into: strokes made of three kinds of segment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+class CurveSample(NamedTuple):
+    """Points of a curve and their first two derivatives by the parameter, each (n, 2)."""
+
+    points: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+
+class Segment(Protocol):
+    """A smooth parametric curve in metres. ``breaks`` are parameters between which it is C2."""
+
+    @property
+    def breaks(self) -> FloatArray: ...
+
+    def sample(self, parameters: FloatArray) -> CurveSample: ...
+
+
+@dataclass(frozen=True)
+class Line:
+    """Straight from ``start`` to ``end`` (m), parameter 0 to 1."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+
+    @property
+    def breaks(self) -> FloatArray:
+        return np.array([0.0, 1.0])
+
+    def sample(self, parameters: FloatArray) -> CurveSample:
+        start, end = np.array(self.start), np.array(self.end)
+        # The two-sided form gives both ends exactly.
+        points = np.outer(1.0 - parameters, start) + np.outer(parameters, end)
+        first = np.broadcast_to(end - start, points.shape)
+        return CurveSample(points, first, np.zeros_like(points))
+
+
+@dataclass(frozen=True)
+class EllipticArc:
+    """``center + cos(t) major + sin(t) minor`` (m) for t from ``t0`` to ``t1`` (rad, either way).
+
+    The two axis vectors need not be perpendicular, so that every affine image of an arc of a
+    circle is one of these. t1 < t0 runs backwards.
+    """
+
+    center: tuple[float, float]
+    major: tuple[float, float]
+    minor: tuple[float, float]
+    t0: float
+    t1: float
+
+    @property
+    def breaks(self) -> FloatArray:
+        # A full turn is cut in two so that no span returns to its own start.
+        return np.linspace(self.t0, self.t1, 3)
+
+    def sample(self, parameters: FloatArray) -> CurveSample:
+        center, major, minor = np.array(self.center), np.array(self.major), np.array(self.minor)
+        cosine, sine = np.cos(parameters), np.sin(parameters)
+        radial = np.outer(cosine, major) + np.outer(sine, minor)
+        first = np.outer(cosine, minor) - np.outer(sine, major)
+        return CurveSample(center + radial, first, -radial)
+
+
+def circular_arc(
+    center: tuple[float, float], radius: float, start_angle: float, end_angle: float
+) -> EllipticArc:
+    """Arc of a circle between two angles (rad); clockwise if the end angle is the smaller one."""
+    return EllipticArc(center, (radius, 0.0), (0.0, radius), start_angle, end_angle)
+
+
+@dataclass(frozen=True)
+class Nurbs:
+    """A rational B-spline; a Bezier curve is the case of one span.
+
+    ``control`` is (n, 2) in metres, ``weights`` (n,), ``knots`` (n + degree + 1,).
+    """
+
+    control: FloatArray
+    weights: FloatArray
+    knots: FloatArray
+    degree: int
+
+    @property
+    def breaks(self) -> FloatArray:
+        inside = self.knots[self.degree : len(self.knots) - self.degree]
+        return np.unique(inside)
+
+    def sample(self, parameters: FloatArray) -> CurveSample:
+        homogeneous = np.column_stack([self.control * self.weights[:, None], self.weights])
+        spline = BSpline(self.knots, homogeneous, self.degree)
+        value, first, second = (spline(parameters, nu=order) for order in range(3))
+        w = value[:, 2:]
+        points = value[:, :2] / w
+        d1 = (first[:, :2] - points * first[:, 2:]) / w
+        d2 = (second[:, :2] - 2.0 * d1 * first[:, 2:] - points * second[:, 2:]) / w
+        return CurveSample(points, d1, d2)
+
+
+def bezier(control: FloatArray) -> Nurbs:
+    """Bezier curve through (degree + 1, 2) control points in metres."""
+    degree = len(control) - 1
+    knots = np.concatenate([np.zeros(degree + 1), np.ones(degree + 1)])
+    return Nurbs(control, np.ones(degree + 1), knots, degree)
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One entity of a drawing: segments that follow one another without a gap.
+
+    ``label`` names the entity in messages ("LWPOLYLINE #2F", "line 12"); ``feed_m_per_s`` is what
+    the drawing says, or None for the project's feed.
+    """
+
+    label: str
+    segments: tuple[Segment, ...]
+    feed_m_per_s: float | None = None

@@ -1,0 +1,148 @@
+"""Curves to polylines that know how curved they are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from servogen.paths.curves import BoolArray, CurveSample, FloatArray, Line, Segment
+
+# Below this radius the corner rule of the timing governs, not the curvature.
+SMALLEST_RADIUS_M = 1e-6
+# Directions that agree within this angle belong to one curve.
+SMOOTH_ANGLE_RAD = 1e-4
+_PROBES = np.linspace(0.0, 1.0, 10)[1:-1]
+_SCAN = 65
+_MOST_ROUNDS = 40
+
+
+@dataclass(frozen=True)
+class Flatness:
+    """How finely curves are divided.
+
+    ``tolerance_m`` bounds the chord error. A vertex on radius r turns the velocity
+    sqrt(``centripetal`` r) by half of ``centripetal`` times ``turn_time_s``, so that samples taken
+    every ``turn_time_s`` see the curve and not its polygon.
+    """
+
+    tolerance_m: float
+    centripetal_acceleration_m_per_s2: float
+    turn_time_s: float
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Vertices (n, 2) in metres, which of them lie inside a curve, and the curve's radius there."""
+
+    points: FloatArray
+    smooth: BoolArray
+    radius_m: FloatArray
+
+
+def flatten(segments: tuple[Segment, ...], flatness: Flatness) -> Polyline:
+    """Flatten segments that follow one another; the gaps between them are closed by the caller.
+
+    Returns a polyline whose every piece is within ``flatness.tolerance_m`` of the curve. Vertices
+    where two segments meet count as smooth when the two directions agree.
+    """
+    spans = [
+        _flatten_span(segment, float(low), float(high), flatness)
+        for segment in segments
+        for low, high in zip(segment.breaks[:-1], segment.breaks[1:], strict=True)
+    ]
+    points = np.vstack([spans[0].points, *[span.points[1:] for span in spans[1:]]])
+    radius = spans[0].radius_m
+    smooth = spans[0].smooth
+    for before, after in zip(spans[:-1], spans[1:], strict=True):
+        joint_radius = min(before.radius_m[-1], after.radius_m[0])
+        joint_smooth = math.isfinite(joint_radius) and _agree(before, after)
+        radius = np.concatenate([radius[:-1], [joint_radius], after.radius_m[1:]])
+        smooth = np.concatenate([smooth[:-1], [joint_smooth], after.smooth[1:]])
+    return Polyline(points, smooth, radius)
+
+
+def curvature_radius(sample: CurveSample) -> FloatArray:
+    """Radius of curvature (n,) in metres, inf where straight, never under SMALLEST_RADIUS_M."""
+    speed = np.hypot(sample.first[:, 0], sample.first[:, 1])
+    cross = np.abs(
+        sample.first[:, 0] * sample.second[:, 1] - sample.first[:, 1] * sample.second[:, 0]
+    )
+    straight = cross <= 1e-9 * speed**3  # radius over 1e9 m
+    radius = np.where(straight, np.inf, speed**3 / np.where(straight, 1.0, cross))
+    return np.maximum(radius, SMALLEST_RADIUS_M)
+
+
+def chord_error(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Distance of points (n, 2) from the chords start-end (n, 2 each), in metres."""
+    chord = end - start
+    length2 = np.maximum((chord**2).sum(axis=1), 1e-300)
+    along = np.clip(((points - start) * chord).sum(axis=1) / length2, 0.0, 1.0)
+    gap = points - start - along[:, None] * chord
+    return np.hypot(gap[:, 0], gap[:, 1])
+
+
+def _flatten_span(segment: Segment, low: float, high: float, flatness: Flatness) -> Polyline:
+    """Flatten one C2 span, with vertices as dense as its curvature asks for."""
+    if isinstance(segment, Line):
+        return Polyline(
+            np.array([segment.start, segment.end]), np.zeros(2, dtype=bool), np.full(2, np.inf)
+        )
+    parameters = _spread(segment, np.linspace(low, high, _SCAN), flatness)
+    for _ in range(_MOST_ROUNDS):
+        error = _chord_errors(segment, parameters)
+        coarse = np.flatnonzero(error > flatness.tolerance_m)
+        if coarse.size == 0:
+            break
+        middle = 0.5 * (parameters[coarse] + parameters[coarse + 1])
+        parameters = np.insert(parameters, coarse + 1, middle)
+    sample = segment.sample(parameters)
+    smooth = np.ones(len(parameters), dtype=bool)
+    smooth[[0, -1]] = False
+    return Polyline(sample.points, smooth, curvature_radius(sample))
+
+
+def _spread(segment: Segment, scan: FloatArray, flatness: Flatness) -> FloatArray:
+    """Parameters spaced by the local step length that chord error and turning allow."""
+    sample = segment.sample(scan)
+    radius = curvature_radius(sample)
+    chord_step = np.sqrt(8.0 * radius * 0.9 * flatness.tolerance_m)
+    turn_step = (
+        0.5 * flatness.turn_time_s * np.sqrt(flatness.centripetal_acceleration_m_per_s2 * radius)
+    )
+    step = np.maximum(np.minimum(chord_step, turn_step), 0.1 * flatness.tolerance_m)
+    density = np.hypot(sample.first[:, 0], sample.first[:, 1]) / step
+    grown = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(scan) * (density[1:] + density[:-1]))])
+    if scan[-1] < scan[0]:
+        grown = -grown
+    pieces = max(2, math.ceil(grown[-1]))
+    parameters = np.interp(np.linspace(0.0, grown[-1], pieces + 1), grown, scan)
+    parameters[[0, -1]] = scan[[0, -1]]
+    return parameters
+
+
+def _chord_errors(segment: Segment, parameters: FloatArray) -> FloatArray:
+    """The largest distance of the curve from each of its chords, seen at eight places of each."""
+    points = segment.sample(parameters).points
+    worst = np.zeros(len(parameters) - 1)
+    for fraction in _PROBES:
+        between = parameters[:-1] + fraction * np.diff(parameters)
+        error = chord_error(segment.sample(between).points, points[:-1], points[1:])
+        worst = np.maximum(worst, error)
+    return worst
+
+
+def _agree(before: Polyline, after: Polyline) -> bool:
+    """Whether two spans meet without a corner, judged by their polygons' turning."""
+    incoming = before.points[-1] - before.points[-2]
+    outgoing = after.points[1] - after.points[0]
+    turn = abs(
+        math.atan2(
+            incoming[0] * outgoing[1] - incoming[1] * outgoing[0], float(incoming @ outgoing)
+        )
+    )
+    expected = 0.5 * (
+        math.hypot(*incoming) / before.radius_m[-1] + math.hypot(*outgoing) / after.radius_m[0]
+    )
+    return turn <= 1.05 * expected + SMOOTH_ANGLE_RAD
