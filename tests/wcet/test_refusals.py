@@ -33,6 +33,7 @@ CASES = [
     ("void f(void)\n{\n for (int i = 0; i < 9; i--) { } }", 4, "away from its bound"),
     ("void f(void)\n{\n for (int i = 0; i != 9; i += 2) { } }", 4, "over its end"),
     ("void f(void)\n{\n for (unsigned i = 9; i >= 0; i--) { } }", 4, "below zero"),
+    ("void f(unsigned i)\n{\n for (i = 9; i >= 0; i--) { } }", 4, "below zero"),
     ("void f(void)\n{\n for (;;) { } }", 4, "one counter"),
     ("void f(int *p)\n{\n for (int i = 0; *p < 9; i++) { } }", 4, "no bound"),
     (

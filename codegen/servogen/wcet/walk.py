@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from pycparser import c_ast
 
-from servogen.wcet.caps import affine_bound
-from servogen.wcet.constants import Value
-from servogen.wcet.ctype import INT, Array, CType, Record, Scalar, elements
+from servogen.wcet.ctype import Array, CType, Record, Scalar, elements
 from servogen.wcet.expressions import convert, copy_record, read, truth
 from servogen.wcet.frame import Frame
-from servogen.wcet.loops import Header, assigned_names, counter_values, read_header
+from servogen.wcet.iterate import count_loop
+from servogen.wcet.loops import assigned_names
 from servogen.wcet.operations import Cost
 from servogen.wcet.refusal import refuse
-
-_MOST_ITERATIONS = 200_000  # of a loop whose iterations differ and are counted one by one
 
 
 def count_body(frame: Frame, cost: Cost) -> None:
@@ -30,7 +27,7 @@ def _statement(frame: Frame, node: c_ast.Node, cost: Cost) -> bool:
     if isinstance(node, c_ast.If):
         return _if(frame, node, [], cost)
     if isinstance(node, c_ast.For):
-        _for(frame, node, cost)
+        count_loop(frame, node, cost, _statement)
     elif isinstance(node, c_ast.While):
         raise refuse(node, "a while loop has no bound")
     elif isinstance(node, c_ast.DoWhile):
@@ -172,108 +169,3 @@ def _return(frame: Frame, node: c_ast.Return, cost: Cost) -> None:
     convert(frame, node.expr, result, cost)
     if isinstance(result, Record):
         copy_record(result, cost)
-
-
-def _for(frame: Frame, node: c_ast.For, cost: Cost) -> None:
-    header = read_header(node)
-    if header.counter in frame.typed.in_memory:
-        raise refuse(node, f"the address of the counter '{header.counter}' is taken")
-    _statement(frame, node.init, cost)
-    changed = assigned_names(node.stmt) | assigned_names(node.next) - {header.counter}
-    at_entry = {name: frame.values[name] for name in changed if name in frame.values}
-    frame.forget(changed)
-    values, bound = counter_values(node, header, frame.decide)
-    _check_unsigned(frame, node, header)
-    outer_use = header.counter in frame.used
-    frame.used.discard(header.counter)
-
-    # The iterations of a solver are followed one by one, so that a variable that counts them in
-    # its own way stays known; a continue would join ways whose values differ.
-    carries = bound.cap is not None and not _holds_continue(node.stmt)
-    if carries:
-        frame.values.update(at_entry)
-
-    def test(number: int) -> Cost:
-        part = Cost()
-        _set(frame, header, number)
-        truth(frame, node.cond, part)
-        part.hit("branch")
-        return part
-
-    def turn(number: int) -> Cost:
-        part = test(number)
-        _statement(frame, node.stmt, part)
-        if not carries:
-            frame.forget(changed)
-        _set(frame, header, number)
-        read(frame, node.next, part)
-        return part
-
-    if bound.cap is not None:
-        _capped(node, values, bound, turn, cost)
-    else:
-        _counted(frame, node, header, values, turn, cost)
-    cost.add(test(values.stop if not values else values[-1] + values.step))
-    frame.used.discard(header.counter)
-    if outer_use:
-        frame.used.add(header.counter)
-    frame.forget(changed | {header.counter})
-
-
-def _set(frame: Frame, header: Header, number: int) -> None:
-    frame.assign(header.counter, Value(number, frozenset({header.counter})), INT)
-
-
-def _counted(
-    frame: Frame,
-    node: c_ast.For,
-    header: Header,
-    values: range,
-    turn: Callable[[int], Cost],
-    cost: Cost,
-) -> None:
-    """All iterations: the first one times their number, unless the counter decides the cost."""
-    if not values:
-        return
-    first = turn(values[0])
-    if header.counter not in frame.used:
-        cost.add(first, len(values))
-        return
-    if len(values) > _MOST_ITERATIONS:
-        raise refuse(node, f"more than {_MOST_ITERATIONS} iterations that differ")
-    cost.add(first)
-    for number in values[1:]:
-        cost.add(turn(number))
-
-
-def _capped(
-    node: c_ast.For,
-    values: range,
-    bound: Value,
-    turn: Callable[[int], Cost],
-    cost: Cost,
-) -> None:
-    """The iterations of a solver: a fixed part and a part per iteration of the named cap."""
-    cap = bound.cap
-    assert cap is not None
-    if bound.number != len(values) or not values:
-        raise refuse(node, f"the loop does not run just as often as its iteration cap '{cap}' says")
-    turns = [turn(number) for number in values]
-    if any(part.per_iteration for part in turns):
-        raise refuse(node, "a loop up to an iteration cap inside another")
-    fixed, per_iteration = affine_bound([part.fixed for part in turns])
-    part = Cost()
-    part.fixed = fixed
-    part.per_iteration[cap] = per_iteration
-    cost.add(part)
-
-
-def _holds_continue(node: c_ast.Node) -> bool:
-    return isinstance(node, c_ast.Continue) or any(_holds_continue(c) for _, c in node.children())
-
-
-def _check_unsigned(frame: Frame, node: c_ast.For, header: Header) -> None:
-    kinds = [t for d, t in frame.typed.locals if d.name == header.counter]
-    unsigned = any(isinstance(k, Scalar) and not k.signed for k in kinds)
-    if unsigned and header.op == ">=":
-        raise refuse(node, f"the unsigned counter '{header.counter}' may pass below zero")
