@@ -32,6 +32,8 @@ from servogen.sets.constraints import AxisLimits
 # stage can pass its limits between samples, but not by a factor.
 POSITION_FACTOR = 1.5
 RATE_FACTOR = 4.0
+# States beyond the acceleration have no limit to compare with; this keeps float32 finite.
+FURTHER_STATE_LIMIT = 1e12
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,15 @@ def state_ports(name: str, order: int, limits: AxisLimits) -> tuple[Port, ...]:
         for label, unit, bound in base
     ]
     for i in range(3, order):
-        ports.append(Port(f"{name}state_{i}", f"m/s^{i}", f"slow stage state {i}"))
+        ports.append(
+            Port(
+                f"{name}state_{i}",
+                f"m/s^{i}",
+                f"slow stage state {i}",
+                low=-FURTHER_STATE_LIMIT,
+                high=FURTHER_STATE_LIMIT,
+            )
+        )
     return tuple(ports)
 
 
@@ -218,16 +228,14 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             ),
             Operation(
                 "seed",
-                "Shift the plan and append a command, without solving (priming).",
+                "Shift the plan and append a command (priming), a bad one not: the last repeats.",
                 inputs=(Port("command", "m", "command", low=-reach, high=reach),),
-                returns_status=False,
             ),
             Operation(
                 "candidate",
-                "State at the end of the shifted plan but one, from the measured state.",
+                "State at the end of the shifted plan but one, from the measured state if usable.",
                 inputs=state,
                 outputs=tuple(Port(p.name, p.unit, p.doc) for p in state),
-                returns_status=False,
             ),
             Operation(
                 "step",
@@ -243,10 +251,13 @@ def declare_mpc(design: MpcDesign) -> Declaration:
                 "No usable measurement: go on with the shifted plan, from the predicted state.",
                 inputs=(Port("reference", "m", "r_N", low=-lim.position_m, high=lim.position_m),),
                 outputs=(command, *(Port(p.name, p.unit, p.doc) for p in state)),
-                returns_status=False,
             ),
         ),
-        facts={"period": design.pqp.period > 0},
+        facts={
+            "period": design.pqp.period > 0,
+            "extrapolates": design.pqp.extrapolates,
+            "terminal": design.qp.terminal_rows > 0,
+        },
     )
 
 
@@ -279,19 +290,29 @@ class TrackingMpc:
             case "reset":
                 return self.reset(given["position"]), {}
             case "seed":
-                self.seed(self._real(given["command"]))
-                return Status.OK, {}
+                status = self._check(operation, given)
+                usable = status is Status.OK
+                self.seed(self._real(given["command"]) if usable else self.plan[-1])
+                return status, {}
             case "candidate":
-                return Status.OK, dict(
-                    zip(self._names, self.candidate(self._state(given)), strict=True)
-                )
+                status = self._check(operation, given)
+                state = self._state(given) if status is Status.OK else self.predicted
+                return status, dict(zip(self._names, self.candidate(state), strict=True))
             case "hold":
-                command, state = self.hold(self._real(given["reference"]))
+                status = self._check(operation, given)
+                usable = status is Status.OK
+                command, state = self.hold(
+                    self._real(given["reference"]) if usable else self.plan[-1]
+                )
                 outputs: dict[str, Value] = dict(zip(self._names, state, strict=True))
-                return Status.OK, {"command": command, **outputs}
+                return status, {"command": command, **outputs}
             case "step":
                 return self._checked_step(given)
         raise KeyError(operation)
+
+    def _check(self, operation: str, inputs: Mapping[str, Value]) -> Status:
+        ports = self.declaration.operation(operation).inputs
+        return max(check_port(port, inputs[port.name], self.design.precision) for port in ports)
 
     def _state(self, inputs: Mapping[str, Value]) -> FloatArray:
         return np.array([inputs[name] for name in self._names], dtype=self.design.precision.dtype)
@@ -301,10 +322,7 @@ class TrackingMpc:
         nothing: dict[str, Value] = {"command": self.plan[0], "iterations": 0}
         if not self.ready:
             return Status.NOT_READY, nothing
-        status = max(
-            check_port(port, inputs[port.name], self.design.precision)
-            for port in self.declaration.operation("step").inputs
-        )
+        status = self._check("step", inputs)
         if status is not Status.OK:
             return status, {"command": self.hold(self.plan[-1])[0], "iterations": 0}
         as_real = {k: np.asarray(inputs[k], dtype=real) for k in ("reference", "low", "high")}

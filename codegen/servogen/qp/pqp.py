@@ -37,7 +37,7 @@ class PqpTables:
         absolute: (m, m) = |D|; diagonal, inverse_diagonal: (m,) of D.
         phi_diagonal: (m,) = phi D_ii.
         floor, vanish, ceiling: (m,) dual bounds, each of the tolerance over D_ii.
-        period: turns per cycle; 0 for plain (20).
+        period: turns per cycle; 0 for plain (20), 1 and 2 without extrapolation.
         cap: iterations.
     """
 
@@ -52,6 +52,11 @@ class PqpTables:
     ceiling: FloatArray
     period: int
     cap: int
+
+    @property
+    def extrapolates(self) -> bool:
+        """An extrapolation needs a turn of (20) right before it, after the coordinate turn."""
+        return self.period > 2
 
 
 @dataclass
@@ -152,7 +157,7 @@ def solve(
             break
         if tables.period > 0 and turn == 0 and not feasible:
             upper, lower = _coordinate(tables, upper, lower, slacks, worst)
-        elif tables.period > 0 and turn == tables.period - 1:
+        elif tables.extrapolates and turn == tables.period - 1:
             upper, lower = _extrapolate(
                 tables, tol, upper, lower, last_upper, last_lower, change - last_change,
                 r_upper, r_lower,
