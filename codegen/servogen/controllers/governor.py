@@ -118,6 +118,7 @@ def declare_governor(design: GovernorDesign) -> Declaration:
     for axis, limit, section in ranges:
         constants += [
             Constant(f"range_{axis}", limit.fast_range_m, f"m: fast stage range, {axis}"),
+            Constant(f"limit_{axis}", limit.position_m, f"m: path points, {axis}"),
             Constant(f"ahead_reference_{axis}", section.ahead_reference, "end position on r - p"),
         ]
     state = tuple(
@@ -204,9 +205,16 @@ class Governor:
         ]
         last = [dtype.type(given[f"last_{axis}"]) for axis in AXES]
         if status is not Status.OK:
+            last = [self._bounded(i, value) for i, value in enumerate(last)]
             return status, self._outputs(0, last, last, last)
         points = [np.asarray(given[f"points_{axis}"], dtype=dtype) for axis in AXES]
         return self.step(states, last, points, n_points)
+
+    def _bounded(self, i: int, value: np.floating) -> np.floating:
+        """Within the position limit, whatever it is; a NaN becomes the lower limit, as in the C."""
+        limit = self._real(self.design.limits[i].position_m)
+        bounded: np.floating = min(value if value > -limit else -limit, limit)
+        return bounded
 
     def _check(self, port: Port, value: Value, n_points: int) -> Status:
         if port.size and 0 <= n_points <= port.size:
