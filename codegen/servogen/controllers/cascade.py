@@ -330,6 +330,8 @@ class Cascade:
     def _sprg_step(
         self, given: Mapping[str, Value], measured: Status
     ) -> tuple[Status, dict[str, Value]]:
+        if measured is not Status.OK:  # the fast stage's model has followed the last command
+            self.state = [np.array(state, dtype=self._real) for state in self.fast.state]
         status, govern = self._govern(given, self.state, measured is Status.OK)
         self.command = [self.reference[i][-1] for i in range(2)]
         return self._begin(given, max(measured, status), points_taken=govern["points_taken"])
