@@ -79,6 +79,9 @@ def compare_outputs(
     agreement.statuses[name] = agreement.statuses.get(name, 0) + 1
     if first[0] != second[0]:
         _note(agreement, call, "status", first[0].name, second[0].name)
+    if first[1].keys() != second[1].keys():
+        _note(agreement, call, "list of outputs", sorted(first[1]), sorted(second[1]))
+        return False
     for port, expected in first[1].items():
         got = second[1][port]
         if isinstance(expected, int | np.integer):
