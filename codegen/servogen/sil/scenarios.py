@@ -151,23 +151,33 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
     names = _names(design.plant.order)
     here = 0.0
     for index in range(count):
-        step = rng.choice([0.0, 0.05, 0.5, 1.0]) * limits.velocity_m_per_s
-        step *= design.plant.sample_time_s
         if index % 10 == 0:
             here = float(rng.uniform(-1.0, 1.0) * limits.position_m)
             yield Call("reset", {"position": here})
-        pair = (limits, limits)
-        path = smooth_path(rng, pair, step, horizon + 1)[:, 0]
-        path = np.clip(path + here - path[0], -limits.position_m, limits.position_m)
+        path = here + _tour(rng, horizon, limits.velocity_m_per_s * design.plant.sample_time_s)
+        path = np.clip(path, -limits.position_m, limits.position_m)
         if rng.random() < 0.2:
             yield Call("seed", {"command": float(path[-1])})
         state = random_state(rng, design.plant.order, limits, here)
+        if rng.random() < 0.7:  # as if in the middle of its work: behind the path, at its speed
+            state[0] = path[0] + rng.uniform(-0.9, 0.9) * limits.fast_range_m
+            state[1] = rng.uniform(0.5, 1.5) * (path[1] - path[0]) / design.plant.sample_time_s
+            state[2:] *= rng.choice([0.0, 0.3])
         inputs = _state_inputs("", names, state)
         yield Call("candidate", inputs)
         low, high = mpc_window(path, limits)
         yield Call("step", {**inputs, "reference": path, "low": low, "high": high})
         if rng.random() < 0.1:
             yield Call("hold", {"reference": float(path[-1])})
+
+
+def _tour(rng: np.random.Generator, horizon: int, step_m: float) -> FloatArray:
+    """(N+1,) m from 0: steady moves, standing still, turning back once, a little noise."""
+    move = step_m * float(rng.choice([0.0, 0.1, 0.5, 0.8, 1.0])) * np.ones(horizon)
+    move += 0.1 * step_m * rng.normal(size=horizon)
+    if rng.random() < 0.7:
+        move[int(rng.integers(0, horizon)) :] *= float(rng.choice([-1.0, -0.3, 0.0]))
+    return np.concatenate([np.zeros(1), np.cumsum(move)]) * float(rng.choice([-1.0, 1.0]))
 
 
 def mpc_window(references: FloatArray, limits: AxisLimits) -> tuple[FloatArray, FloatArray]:
