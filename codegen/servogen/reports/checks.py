@@ -1,0 +1,99 @@
+"""The verdict: every check, passed, failed or not run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from servogen.reports.data import ReportData
+from servogen.reports.numbers import number, percent
+
+
+@dataclass(frozen=True)
+class Check:
+    """``passed`` None: not run. ``hint`` is the command that would run it."""
+
+    name: str
+    passed: bool | None
+    detail: str
+    hint: str = ""
+
+    @property
+    def state(self) -> str:
+        return {True: "passed", False: "failed", None: "not run"}[self.passed]
+
+
+def all_checks(data: ReportData) -> list[Check]:
+    """In the order of the page."""
+    row = data.row
+    kept = [b for b in row.bounds if b.enforced]
+    broken = [b for b in kept if not b.passed]
+    worst_um, limit_um = 1e6 * row.contour_error_m, 1e6 * data.contour_limit_m
+    return [
+        Check(
+            "Path finished",
+            row.complete,
+            f"{number(row.performance.time_s)} s, {row.periods} slow periods",
+        ),
+        Check(
+            "Constraints kept",
+            not broken,
+            "broken: " + ", ".join(f"{b.name} at {b.where}" for b in broken)
+            if broken
+            else f"all {len(kept)} enforced constraints",
+        ),
+        Check(
+            "Contour error",
+            row.contour_error_m <= data.contour_limit_m,
+            f"{number(worst_um)} µm of {number(limit_um)} µm",
+        ),
+        Check(
+            "Backups",
+            data.backup_share <= data.backup_share_limit,
+            f"{row.backups} of {2 * row.periods} axis steps, "
+            f"{percent(data.backup_share_limit)} allowed",
+        ),
+        _step(data, "C equals the reference", "sil", data.sil),
+        _step(data, "Fits the target", "wcet", data.wcet),
+        _study(data),
+        _step(data, "C emitted", "build", data.build),
+    ]
+
+
+def _step(data: ReportData, name: str, verb: str, found: Mapping[str, Any] | None) -> Check:
+    """A verb's own judgement; a result that does not say that it passed has not."""
+    hint = f"servogen {verb} {data.toml}"
+    if found is None:
+        return Check(name, None, "not run", hint)
+    return Check(name, found.get("passed") is True, f"servogen {verb}")
+
+
+def _study(data: ReportData) -> Check:
+    name = "Study of controllers"
+    if data.study is None:
+        return Check(name, None, "not run", f"servogen study {data.toml}")
+    failed = [row.name for row in data.study if not row.passed]
+    told = f"failed: {', '.join(failed)}" if failed else f"{len(data.study)} controllers"
+    return Check(name, bool(data.study) and not failed, told)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """``state``: passed, partly (something was not run) or failed."""
+
+    state: str
+    text: str
+
+
+def verdict(checks: list[Check]) -> Verdict:
+    """One line for all checks."""
+    failed = [check.name for check in checks if check.passed is False]
+    missing = [check.name for check in checks if check.passed is None]
+    if failed:
+        count = f"{len(failed)} check{'s' if len(failed) > 1 else ''} failed"
+        return Verdict("failed", f"{count}: {', '.join(failed)}")
+    if missing:
+        done = len(checks) - len(missing)
+        return Verdict("partly", f"{done} checks passed; not run: {', '.join(missing)}")
+    return Verdict("passed", f"All {len(checks)} checks passed")

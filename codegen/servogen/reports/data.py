@@ -1,0 +1,54 @@
+"""What the report is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from servogen.controllers.cascade import CascadeDesign
+from servogen.precision import FloatArray
+from servogen.systems.closed_loop import Run
+from servogen.systems.study import StudyRow
+from servogen.systems.two_stage import Machine
+
+
+@dataclass(frozen=True)
+class ReportData:
+    """Everything found about one project. What is None was not run, and is shown so.
+
+    Attributes:
+        machine: the judged project.
+        run: the closed loop, K slow periods of M samples.
+        row: that run, judged.
+        contour_error: (K M,) m.
+        design: what was emitted.
+        study: the rows of Table I.
+        sil, wcet, build: the JSON of these verbs.
+        backup_share_limit: share of the axis steps on which the backup may be used.
+    """
+
+    machine: Machine
+    run: Run
+    row: StudyRow
+    contour_error: FloatArray
+    design: CascadeDesign
+    study: Sequence[StudyRow] | None = None
+    sil: Mapping[str, Any] | None = None
+    wcet: Mapping[str, Any] | None = None
+    build: Mapping[str, Any] | None = None
+    backup_share_limit: float = 0.01
+
+    @property
+    def toml(self) -> str:
+        """The project file's name without its folder: a report says nothing of the machine it was
+        made on."""
+        return self.machine.project.file.name
+
+    @property
+    def contour_limit_m(self) -> float:
+        return self.machine.project.target.contour_error_limit_m
+
+    @property
+    def backup_share(self) -> float:
+        return self.row.backups / max(2 * self.row.periods, 1)
