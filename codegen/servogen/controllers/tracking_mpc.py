@@ -254,7 +254,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             ),
         ),
         facts={
-            "period": design.pqp.period > 0,
+            "period": design.pqp.coordinates,
             "extrapolates": design.pqp.extrapolates,
             "terminal": design.qp.terminal_rows > 0,
         },

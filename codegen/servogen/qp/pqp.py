@@ -37,7 +37,7 @@ class PqpTables:
         absolute: (m, m) = |D|; diagonal, inverse_diagonal: (m,) of D.
         phi_diagonal: (m,) = phi D_ii.
         floor, vanish, ceiling: (m,) dual bounds, each of the tolerance over D_ii.
-        period: turns per cycle; 0 for plain (20), 1 and 2 without extrapolation.
+        period: turns per cycle; 0 and 1 for plain (20), 2 without extrapolation.
         cap: iterations.
     """
 
@@ -52,6 +52,11 @@ class PqpTables:
     ceiling: FloatArray
     period: int
     cap: int
+
+    @property
+    def coordinates(self) -> bool:
+        """Coordinate turns only raise duals; turns of (20) between them must let them down."""
+        return self.period > 1
 
     @property
     def extrapolates(self) -> bool:
@@ -155,7 +160,7 @@ def solve(
         converged = feasible and bool(gap <= gap_limit)
         if converged or iteration == tables.cap:
             break
-        if tables.period > 0 and turn == 0 and not feasible:
+        if tables.coordinates and turn == 0 and not feasible:
             upper, lower = _coordinate(tables, upper, lower, slacks, worst)
         elif tables.extrapolates and turn == tables.period - 1:
             upper, lower = _extrapolate(
