@@ -1,4 +1,4 @@
-"""Draws batch.dxf, the bundled example: a batch of twelve laser-cut parts and their outline.
+"""Draws batch.dxf, the bundled example: twelve laser-cut parts, the cuts between, the outline.
 
 Run ``python make_drawing.py [FILE]``; the same bytes come out every time. Units are millimetres,
 the machine's origin is the middle of the sheet. The entities follow the tool: each begins where
@@ -228,8 +228,19 @@ def bracket(pen: Pen) -> None:
     )
 
 
+def separate(pen: Pen) -> None:
+    """Straight cuts that part the sheet: two between the rows, one between the columns."""
+    reach = OUTLINE_HALF_MM - 20.0
+    for number, y in enumerate((112.5, -112.5)):
+        side = reach if number % 2 == 0 else -reach
+        pen.go((-side, y))
+        pen.go((side, y), "OUTLINE")
+    pen.go((0.0, -reach))
+    pen.go((0.0, reach), "OUTLINE")
+
+
 def draw() -> ezdxf.document.Drawing:
-    """The whole sheet: twelve parts on a serpentine, then the outline."""
+    """The whole sheet: twelve parts on a serpentine, the cuts between them, the outline."""
     document = ezdxf.new("R2000", setup=False, units=4)
     for name, color in LAYERS.items():
         document.layers.add(name, color=color)
@@ -240,6 +251,8 @@ def draw() -> ezdxf.document.Drawing:
         column = step if row % 2 == 0 else len(COLUMNS_MM) - 1 - step
         pen.place(COLUMNS_MM[column], ROWS_MM[row], turn)
         parts[number % len(parts)](pen)
+    pen.place(0.0, 0.0, 0.0)
+    separate(pen)
     pen.place(0.0, 0.0, 180.0)
     outline = rounded_rectangle(OUTLINE_HALF_MM, OUTLINE_HALF_MM, OUTLINE_CORNER_MM)
     pen.polyline(outline, "OUTLINE")

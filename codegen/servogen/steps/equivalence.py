@@ -147,11 +147,11 @@ def _suite(
     found = []
     with progress.task(f"Random calls and edges, {precision.name}") as task:
         for case in suite(design, SEED, RANDOM_CALLS):
-            compiled = CompiledController(module, case.declaration)
-            agreement = compare(case.reference(), compiled, case.calls, BOUND)
-            found.append(
-                Scenario(case.declaration.prefix, case.name, precision.name, agreement)
-            )
+            reference = case.reference()
+            compiled = CompiledController(module, reference.declaration)
+            agreement = compare(reference, compiled, case.calls, BOUND)
+            controller, _, name = case.name.partition(": ")
+            found.append(Scenario(controller, name, precision.name, agreement))
             task.advance()
     return found
 
@@ -165,15 +165,15 @@ def _closed_loop(
     progress: Progress,
 ) -> tuple[Scenario, LoopCheck]:
     machine = prepared.machine
-    twin = Twin(
-        Cascade(design), CompiledController(module, declare_parts(design)[-1]), BOUND
-    )
+    twin = Twin(Cascade(design), CompiledController(module, declare_parts(design)[-1]), BOUND)
     total = steps or int(np.ceil(len(machine.timed.points) / machine.ratio))
     with progress.task(f"Closed loop, reference beside C, {precision.name}", total) as task:
         try:
             run = run_closed_loop(machine, twin, steps, task.advance)
         except Stalled as stalled:
-            raise CheckFailed(f"the closed loop in {precision.name} stalled: {stalled}") from stalled
+            raise CheckFailed(
+                f"the closed loop in {precision.name} stalled: {stalled}"
+            ) from stalled
     kept = all(bound.passed for bound in bounds(run))
     scenario = Scenario(design.prefix, "closed loop", precision.name, twin.agreement)
     return scenario, LoopCheck(precision.name, run.periods, steps is None, run.complete, kept)

@@ -20,7 +20,13 @@ from servogen.systems.metrics import (
     performance,
     status_counts,
 )
-from servogen.systems.two_stage import Machine, Tuning, design_cascade, project_tuning
+from servogen.systems.two_stage import (
+    PAPER_CAP,
+    Machine,
+    Tuning,
+    design_cascade,
+    project_tuning,
+)
 
 # Weights of position, velocity, acceleration, command; the paper does not publish its own.
 CALIBRATIONS = {
@@ -82,9 +88,9 @@ def judge(name: str, run: Run, enforced: bool = True) -> StudyRow:
 
 
 def study_tunings(machine: Machine) -> dict[str, Tuning]:
-    """The governed rows of Table I, on the project's solver settings."""
+    """The governed rows of Table I: the project's solver settings at the paper's cap."""
     own = project_tuning(machine.project)
-    own = replace(own, solver=replace(own.solver, cap=max(own.solver.cap, 500)))
+    own = replace(own, solver=replace(own.solver, cap=PAPER_CAP))
     tunings = {"SPRG": replace(own, horizon=0)}
     for horizon in (20, 3):
         for letter, weights in CALIBRATIONS.items():

@@ -26,6 +26,9 @@ GOVERNOR_MARGINS = 2.0
 # A third of the interval for each feed ramp leaves the middle third for making up.
 RAMP_SHARE = 3
 
+# The paper's cap: where the target decides, what the count starts from.
+PAPER_CAP = 500
+
 
 @dataclass(frozen=True)
 class Tuning:
@@ -83,7 +86,7 @@ def project_tuning(project: Project) -> Tuning:
     """The tuning that the project file asks for."""
     mpc, solver = project.controller.mpc, project.controller.solver
     factor = 1.0 if mpc.terminal_weight == "lyapunov" else float(mpc.terminal_weight)
-    cap = 1 if solver.iteration_cap == "target" else int(solver.iteration_cap)
+    cap = PAPER_CAP if solver.iteration_cap == "target" else int(solver.iteration_cap)
     return Tuning(
         horizon=mpc.horizon if project.controller.kind == "sprg_mpc" else 0,
         weights=TrackingWeights(
