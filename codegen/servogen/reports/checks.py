@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from servogen.controllers.cascade import declare_parts
+from servogen.controllers.design import design_hash
 from servogen.reports.data import ReportData
-from servogen.reports.numbers import number, percent
+from servogen.reports.numbers import count, fixed, number, percent
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ def all_checks(data: ReportData) -> list[Check]:
         Check(
             "Path finished",
             row.complete,
-            f"{number(row.performance.time_s)} s, {row.periods} slow periods",
+            f"{fixed(row.performance.time_s, 2)} s, {number(row.periods)} slow periods",
         ),
         Check(
             "Constraints kept",
@@ -51,22 +53,61 @@ def all_checks(data: ReportData) -> list[Check]:
         Check(
             "Backups",
             data.backup_share <= data.backup_share_limit,
-            f"{row.backups} of {2 * row.periods} axis steps, "
+            f"{number(row.backups)} of {number(2 * row.periods)} axis steps, "
             f"{percent(data.backup_share_limit)} allowed",
         ),
-        _step(data, "C equals the reference", "sil", data.sil),
-        _step(data, "Fits the target", "wcet", data.wcet),
+        _step(data, "C equals the reference", "sil", data.sil, _sil_detail),
+        _step(data, "Fits the target", "wcet", data.wcet, _wcet_detail),
         _study(data),
-        _step(data, "C emitted", "build", data.build),
+        _build(data),
     ]
 
 
-def _step(data: ReportData, name: str, verb: str, found: Mapping[str, Any] | None) -> Check:
+def _step(
+    data: ReportData,
+    name: str,
+    verb: str,
+    found: Mapping[str, Any] | None,
+    detail: Callable[[Mapping[str, Any]], str],
+) -> Check:
     """A verb's own judgement; a result that does not say that it passed has not."""
     hint = f"servogen {verb} {data.toml}"
     if found is None:
         return Check(name, None, "not run", hint)
-    return Check(name, found.get("passed") is True, f"servogen {verb}")
+    return Check(name, found.get("passed") is True, detail(found))
+
+
+def _sil_detail(found: Mapping[str, Any]) -> str:
+    scenarios = [s for s in found.get("scenarios") or () if isinstance(s, Mapping)]
+    failed = sum(s.get("passed") is not True for s in scenarios)
+    told = count(len(scenarios), "scenario")
+    precisions = dict.fromkeys(str(s.get("precision")) for s in scenarios)
+    if precisions:
+        told += f" in {' and '.join(precisions)}"
+    return f"{told}, {number(failed)} differ" if failed else told
+
+
+def _wcet_detail(found: Mapping[str, Any]) -> str:
+    budgets = found.get("budgets")
+    told = []
+    for entry, budget in budgets.items() if isinstance(budgets, Mapping) else ():
+        used = budget.get("utilisation")
+        if isinstance(used, int | float):
+            told.append(f"{entry} {percent(used)}")
+    return f"of the budget: {', '.join(told)}" if told else "counted"
+
+
+def _build(data: ReportData) -> Check:
+    """Emitted, and from the design that this report is about."""
+    name = "C emitted"
+    if data.build is None:
+        return Check(name, None, "not run", f"servogen build {data.toml}")
+    own = design_hash(declare_parts(data.design))
+    if data.build.get("design_hash", own) != own:
+        return Check(name, False, "from another design than the one in this report")
+    files = data.build.get("files")
+    told = count(len(files), "file") if isinstance(files, Mapping | list) else "emitted"
+    return Check(name, data.build.get("passed") is True, told)
 
 
 def _study(data: ReportData) -> Check:

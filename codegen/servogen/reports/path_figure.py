@@ -75,6 +75,7 @@ def path_figure(data: ReportData) -> Figure:
         traces,
         shape,
         height=720,
+        max_width="880px",
     )
 
 

@@ -32,7 +32,7 @@ def shown_in(unit: str) -> tuple[str, float]:
 def constraint_table(bounds: Sequence[Bound]) -> Table:
     """Worst against limit, in the order of the judgement."""
     return Table(
-        "Constraints",
+        "Worst against limit",
         ("constraint", "where", "worst", "limit", "unit", "share", "over by", "verdict"),
         tuple(_constraint(bound) for bound in bounds),
         "The worse axis of both. Enforced constraints must hold; the others are reported.",

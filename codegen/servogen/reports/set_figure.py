@@ -78,9 +78,9 @@ def set_figure(data: ReportData) -> Figure:
     return Figure(
         "sets",
         "Admissible set",
-        "Projection of the maximal admissible set on position error and velocity, in the middle of "
-        "the workspace: from inside it, standing still as a reference is always safe. The governor "
-        "keeps the end of every plan in it.",
+        "The shadow of the maximal admissible set on position error and velocity, for a reference "
+        "at rest in the middle of the workspace, and the slow samples against their own reference. "
+        "The governor keeps the end of every plan in the set.",
         traces,
         shape,
         height=420,

@@ -42,7 +42,7 @@ def sil_parts(data: ReportData) -> list[Part]:
         parts += [_by_precision(scenarios), _scenarios(scenarios)]
     if loops:
         parts.append(_records("Closed loops with the C inside", loops))
-    return parts + other_keys("Equivalence", found, ("scenarios", "closed_loops"))
+    return parts + other_keys("Other figures", found, ("scenarios", "closed_loops"))
 
 
 def _by_precision(scenarios: Sequence[Json]) -> Table:
@@ -102,7 +102,7 @@ def wcet_parts(data: ReportData) -> list[Part]:
     if isinstance(tables, Mapping) and tables:
         parts.append(_bytes("Constant tables", tables))
     known = ("budgets", "share", "entry_points", "table_bytes")
-    return parts + other_keys("Counts", found, known)
+    return parts + other_keys("Other figures", found, known)
 
 
 def _budgets(budgets: Mapping[str, Json], share: Any) -> Table:
@@ -126,11 +126,7 @@ def _budgets(budgets: Mapping[str, Json], share: Any) -> Table:
     columns = ("entry point", "target", "budget [cycles]", "fixed [cycles]",
                "per iteration [cycles]", "cap", "worst case [cycles]", "of budget",
                "largest cap that fits", "verdict")  # fmt: skip
-    note = (
-        "Cycles of the worst case with the cap as emitted; the allowance is the largest cap that "
-        "fits. The last two digits of a cycle estimate mean nothing: the target's file says what "
-        "its figures stand for."
-    )
+    note = "Cycles of the worst case, with the cap as emitted; all capped loops have equal caps."
     if isinstance(share, int | float):
         note = f"Budget: {percent(share)} of the period. {note}"
     return Table("Budget", columns, tuple(rows), note)
@@ -179,7 +175,7 @@ def build_parts(data: ReportData) -> list[Part]:
         if key not in ("schema", "passed", "files", "table_bytes")
     }
     if scalars:
-        parts.append(key_table("Build", scalars))
+        parts.append(key_table("Package", {label(key): value for key, value in scalars.items()}))
     if isinstance(files, Mapping):
         parts.append(_bytes("Emitted files", files))
     elif files is not None:

@@ -17,8 +17,8 @@ def study_figure(rows: Sequence[StudyRow]) -> Figure:
         if name in PAPER
     ]
     traces = [
-        _points("this machine", ours, X_COLOUR, "circle"),
-        _points("paper", paper, PATH_COLOUR, "circle-open"),
+        _points("this machine", ours, X_COLOUR, "circle", "bottom center"),
+        _points("paper", paper, PATH_COLOUR, "circle-open", "top center"),
     ]
     theirs = {name: (a, t) for name, a, t in paper}
     for name, a, t in ours:
@@ -45,7 +45,9 @@ def _mean(pair: tuple[float, float]) -> float:
     return 0.5 * (pair[0] + pair[1])
 
 
-def _points(name: str, points: list[tuple[str, float, float]], colour: str, symbol: str) -> Trace:
+def _points(
+    name: str, points: list[tuple[str, float, float]], colour: str, symbol: str, place: str
+) -> Trace:
     return {
         "type": "scatter",
         "mode": "markers+text",
@@ -53,8 +55,13 @@ def _points(name: str, points: list[tuple[str, float, float]], colour: str, symb
         "x": [a for _, a, _ in points],
         "y": [t for _, _, t in points],
         "text": [label for label, _, _ in points],
-        "textposition": "top center",
-        "textfont": {"size": 11},
+        "textposition": place,
+        "textfont": {"size": 11, "color": colour},
         "hovertemplate": "%{text}: %{y:.4f} of the ideal time, %{x:.3f} m/s²",
-        "marker": {"size": 10, "color": colour, "symbol": symbol, "line": {"width": 2}},
+        "marker": {
+            "size": 10,
+            "color": colour,
+            "symbol": symbol,
+            "line": {"width": 2, "color": colour},
+        },
     }

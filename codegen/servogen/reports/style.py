@@ -7,7 +7,7 @@ text and grid take their colours from the page.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from servogen.reports.decimation import keep_extremes
 
 X_COLOUR, Y_COLOUR = "#1f86cc", "#e69f00"
 AXIS_COLOURS = {"x": X_COLOUR, "y": Y_COLOUR}
-LIMIT_COLOUR = "#d7301f"
+LIMIT_COLOUR = "#e34a33"
 PATH_COLOUR = "#8a94a0"
 # From the strongest slowing to none: visible on white and on black.
 SLOWED_SCALE = [[0.0, "#a50f15"], [0.5, "#ef6548"], [1.0, "#fdcc8a"]]
@@ -40,7 +40,7 @@ class Figure:
     layout: Layout
     linked: bool = False
     height: int = 380
-    details: dict[str, Any] = field(default_factory=dict)
+    max_width: str = "none"
 
 
 def plain(values: FloatArray | Sequence[float], digits: int = SIGNIFICANT) -> list[float | None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,16 +36,17 @@ def summary(data: ReportData, told: Verdict) -> str:
     path = machine.timed.tool_path.points
     length = float(np.sum(np.hypot(*np.diff(path, axis=0).T)))
     kind = _KINDS.get(machine.project.controller.kind, machine.project.controller.kind)
+    drawing = Path(machine.project.path.file).name
     parts = [
         f"Two-stage machine “{machine.project.name}” under {kind}, drawing "
-        f"{machine.project.path.file}: {number(length, 3)} m of path in {fixed(p.time_s, 2)} s, "
+        f"{drawing}: {number(length, 3)} m of path in {fixed(p.time_s, 2)} s, "
         f"{_over_ideal(p.ratio)} the {fixed(machine.timed.duration_s, 2)} s of an ideal machine "
         "that has the slow stage's reach and the fast stage's speed."
     ]
     if not data.row.complete:
         parts[0] = (
             f"Two-stage machine “{machine.project.name}” under {kind} did not finish its drawing "
-            f"{machine.project.path.file} within {fixed(p.time_s, 2)} s."
+            f"{drawing} within {fixed(p.time_s, 2)} s."
         )
     worst = max((b for b in data.row.bounds if b.enforced), key=lambda b: b.worst / b.limit)
     parts.append(

@@ -82,13 +82,15 @@ def any_cell(value: Any) -> Cell:
 
 def key_table(title: str, values: Mapping[str, Any], note: str = "") -> Table:
     """Two columns: what and how much."""
-    rows = tuple((Cell(label(key)), any_cell(value)) for key, value in values.items())
+    rows = tuple((Cell(key), Cell(any_cell(value).text)) for key, value in values.items())
     return Table(title, ("", "value"), rows, note)
 
 
 def other_keys(title: str, found: Mapping[str, Any], shown: Sequence[str]) -> list[Table]:
     """What a step says beyond what the report has a table for: nothing is left out unseen."""
-    rest = {key: value for key, value in found.items() if key not in {*shown, "schema", "passed"}}
+    rest = {
+        label(key): value for key, value in found.items() if key not in {*shown, "schema", "passed"}
+    }
     return [key_table(title, rest)] if rest else []
 
 

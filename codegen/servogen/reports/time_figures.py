@@ -70,7 +70,7 @@ def _positions(run: Run) -> Figure:
             "hoverinfo": "skip",
         }
         lower, upper = reference[kept] - reach, reference[kept] + reach
-        shade = {"fill": "tonexty", "fillcolor": "rgba(215,48,31,0.07)"}
+        shade: dict[str, Any] = {"fill": "tonexty", "fillcolor": "rgba(215,48,31,0.07)"}
         name = "reference ± fast range"
         traces += [
             line(name, time[kept], lower, LIMIT_COLOUR, showlegend=False, **bound),
@@ -137,7 +137,7 @@ def _fast_stage(run: Run) -> Figure:
 def _feed(data: ReportData) -> Figure:
     run, time = data.run, _slow_time(data.run)
     ratio = run.interval_points / run.machine.ratio
-    step = {"line": {"shape": "hv"}}
+    step: dict[str, Any] = {"line": {"shape": "hv"}}
     traces = [line("η/M", time, ratio, PATH_COLOUR, showlegend=False, **step)]
     titles = ["feed ratio η/M [1]"]
     shape_more: dict[str, Any] = {}
