@@ -4,7 +4,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 OUT    ?= out/two_stage
 
-.PHONY: run test lint format golden clean
+.PHONY: run test lint format golden bench browser clean
 
 run: $(STAMP)
 	$(BIN)/servogen run examples/two_stage/servogen.toml -o $(OUT)
@@ -35,3 +35,19 @@ $(STAMP): pyproject.toml
 
 clean:
 	rm -rf $(VENV) out build
+
+# The committed output of the bundled examples.
+golden: $(STAMP)
+	$(BIN)/servogen build examples/two_stage/servogen.toml -o generated/two_stage
+
+# Instruction counts against the dense form and the peers; needs valgrind.
+bench: $(STAMP)
+	@command -v valgrind > /dev/null || { echo "make bench needs valgrind: apt-get install valgrind"; exit 1; }
+	$(BIN)/python benchmarks/pqp_iteration.py
+
+# The report in headless Chromium: every plot drawn, no console error.
+browser: $(STAMP) $(OUT)/report.html
+	$(BIN)/python -m servogen.reports.browser $(OUT)/report.html
+
+$(OUT)/report.html:
+	$(BIN)/servogen run examples/two_stage/servogen.toml -o $(OUT)

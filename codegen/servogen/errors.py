@@ -6,13 +6,13 @@ from pathlib import Path
 
 
 class ServogenError(Exception):
-    """Base of every error servogen raises on purpose. ``exit_status`` is what the command returns."""
+    """Base of every error raised on purpose; ``exit_status`` is what the command returns."""
 
     exit_status = 2
 
 
 class InputError(ServogenError):
-    """The user's input was wrong (exit status 2): one sentence naming file, key, value, expectation.
+    """The user's input was wrong: one sentence with file, key, value and expectation.
 
     Args:
         file: the file at fault, or None where the command line is.
@@ -29,7 +29,8 @@ class InputError(ServogenError):
         self.value = value
         self.expected = expected
         where = f"{self.file}: " if self.file else ""
-        shown = "" if value is None else f" is {value!r}" if not isinstance(value, str) else f" is {value}"
+        text = value if isinstance(value, str) else repr(value)
+        shown = "" if value is None else f" is {text}"
         super().__init__(f"{where}{key}{shown}, expected {expected}")
 
 

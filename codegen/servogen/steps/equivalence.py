@@ -77,7 +77,8 @@ class SilResult:
                 f"largest difference {worst:g}"
             )
         lines += [
-            f"          {s.precision} {s.controller}, {s.name}: {s.agreement.difference or 'no call'}"
+            f"          {s.precision} {s.controller}, {s.name}: "
+            f"{s.agreement.difference or 'no call'}"
             for s in self.scenarios
             if not s.agreement.passed
         ]

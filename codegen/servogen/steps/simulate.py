@@ -56,7 +56,8 @@ class SimulateResult:
             mark = "" if b.violation == 0.0 else f", over by {b.violation:.3g}"
             kind = "" if b.enforced else " (reported, not enforced)"
             lines.append(
-                f"          {b.name} at {b.where}: {b.worst:.6g} of {b.limit:.6g} {b.unit}{mark}{kind}"
+                f"          {b.name} at {b.where}: {b.worst:.6g} of {b.limit:.6g} {b.unit}"
+                f"{mark}{kind}"
             )
         if not self.row.complete:
             lines.append("          the path was not finished")

@@ -47,7 +47,6 @@ PAPER: dict[str, tuple[float, tuple[float, float], tuple[float, float], tuple[fl
     "MPC-03-L": (55.71, (12.59, 12.57), (0.45, 0.54), (2.68, 3.50), (22.21, 25.53), (4.93, 5.26)),
 }  # fmt: skip
 PAPER_IDEAL_S = 46.42
-PAPER_LATEST_ROW = "MPC-20-B"
 
 
 @dataclass(frozen=True)

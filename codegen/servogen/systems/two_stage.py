@@ -13,7 +13,7 @@ from servogen.plants.errors import PlantError
 from servogen.plants.statespace import StateSpace, discretise
 from servogen.precision import PRECISIONS, Precision
 from servogen.project import Project
-from servogen.project.physics import AxisPlants, Plants, Sets
+from servogen.project.physics import Plants, Sets
 from servogen.project.settings import axis_limits
 from servogen.qp.condense import TrackingWeights
 from servogen.qp.tolerances import MINIMUM_MARGIN
@@ -215,6 +215,3 @@ def _design_fast(
         limits=machine.limits,
         axes=(axes[0], axes[1]),
     )
-
-
-__all__ = ["AxisPlants", "Machine", "Tuning", "design_cascade", "project_tuning", "with_cap"]

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Kernels that all servogen controllers share. Included by the emitted .c files after sg_real (float
+ * or double) and SG_REAL_MAX are defined, so that each translation unit has its own precision.
+ *
+ * Matrices are stored transposed, column after column: the inner loop then runs over independent
+ * rows, which a compiler can vectorise without changing the order of any sum.
+ */
+#ifndef SG_KERNELS_H
+#define SG_KERNELS_H
+
+#include <stdint.h>
+
+#include "sg_status.h"
+
+static inline sg_real sg_min(sg_real a, sg_real b)
+{
+    return (a < b) ? a : b;
+}
+
+static inline sg_real sg_max(sg_real a, sg_real b)
+{
+    return (a > b) ? a : b;
+}
+
+static inline sg_real sg_clamp(sg_real x, sg_real low, sg_real high)
+{
+    return sg_min(sg_max(x, low), high);
+}
+
+static inline sg_status sg_worse(sg_status a, sg_status b)
+{
+    return (a > b) ? a : b;
+}
+
+/* SG_NOT_FINITE, SG_OUT_OF_RANGE or SG_OK; a NaN fails every comparison. */
+static inline sg_status sg_check(sg_real x, sg_real low, sg_real high)
+{
+    sg_status status = SG_OK;
+    if (!(x >= low)) {
+        status = SG_OUT_OF_RANGE;
+    }
+    if (!(x <= high)) {
+        status = SG_OUT_OF_RANGE;
+    }
+    if (!(x >= -SG_REAL_MAX)) {
+        status = SG_NOT_FINITE;
+    }
+    if (!(x <= SG_REAL_MAX)) {
+        status = SG_NOT_FINITE;
+    }
+    return status;
+}
+
+/* The first `used` of at most `size` elements; the rest is not looked at. */
+static inline sg_status sg_check_array(int size, int used, const sg_real *x, sg_real low,
+                                       sg_real high)
+{
+    sg_status finite = SG_OK;
+    for (int i = 0; i < size; i++) {
+        if (i < used) {
+            const sg_status here = sg_check(x[i], low, high);
+            finite = (here == SG_NOT_FINITE) ? here : ((finite == SG_OK) ? here : finite);
+        }
+    }
+    return finite;
+}
+
+static inline void sg_fill(int n, sg_real value, sg_real *x)
+{
+    for (int i = 0; i < n; i++) {
+        x[i] = value;
+    }
+}
+
+static inline void sg_copy(int n, const sg_real *from, sg_real *to)
+{
+    for (int i = 0; i < n; i++) {
+        to[i] = from[i];
+    }
+}
+
+/* Drop x[0], append `last`. */
+static inline void sg_shift(int n, sg_real *x, sg_real last)
+{
+    for (int i = 0; i < n - 1; i++) {
+        x[i] = x[i + 1];
+    }
+    x[n - 1] = last;
+}
+
+/*
+ * y = M x; `columns` is M transposed, (cols, rows). Every y[i] is summed from the first column to the
+ * last; four columns share one pass over y, which saves three of four loads and stores of it.
+ */
+static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns,
+                             const sg_real *restrict x, sg_real *restrict y)
+{
+    const int blocks = cols / 4;
+    for (int i = 0; i < rows; i++) {
+        y[i] = (sg_real)0;
+    }
+    for (int block = 0; block < blocks; block++) {
+        const int j = 4 * block;
+        const sg_real x0 = x[j];
+        const sg_real x1 = x[j + 1];
+        const sg_real x2 = x[j + 2];
+        const sg_real x3 = x[j + 3];
+        const sg_real *restrict c0 = &columns[j * rows];
+        const sg_real *restrict c1 = &columns[(j + 1) * rows];
+        const sg_real *restrict c2 = &columns[(j + 2) * rows];
+        const sg_real *restrict c3 = &columns[(j + 3) * rows];
+        for (int i = 0; i < rows; i++) {
+            y[i] = (((y[i] + (c0[i] * x0)) + (c1[i] * x1)) + (c2[i] * x2)) + (c3[i] * x3);
+        }
+    }
+    for (int j = 4 * blocks; j < cols; j++) {
+        const sg_real factor = x[j];
+        const sg_real *restrict column = &columns[j * rows];
+        for (int i = 0; i < rows; i++) {
+            y[i] += column[i] * factor;
+        }
+    }
+}
+
+/* y += z */
+static inline void sg_add(int n, const sg_real *z, sg_real *y)
+{
+    for (int i = 0; i < n; i++) {
+        y[i] += z[i];
+    }
+}
+
+static inline sg_real sg_dot(int n, const sg_real *x, const sg_real *y)
+{
+    sg_real sum = x[0] * y[0];
+    for (int i = 1; i < n; i++) {
+        sum += x[i] * y[i];
+    }
+    return sum;
+}
+
+#endif

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One turn of parallel quadratic programming on two-sided rows, low <= A z <= high, with its two
+ * accelerations. m rows, n variables; "upper" and "lower" are the duals of the two sides. The dual
+ * Hessian [[D, -D], [-D, D]] is never formed: see the Python module qp/pqp.py for the argument.
+ */
+#ifndef SG_PQP_H
+#define SG_PQP_H
+
+#include "sg_kernels.h"
+
+/* What an iterate tells: its worst slack (negative: violated), where, and the duality gap. */
+typedef struct {
+    sg_real worst;
+    sg_real gap;
+    int32_t row;
+    int32_t is_lower;
+} sg_pqp_state;
+
+/* correction = H^-1 A' (upper - lower), change = A correction; slacks and gap from them. */
+static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse_columns,
+                                   const sg_real *restrict rows_columns,
+                                   const sg_real *restrict upper, const sg_real *restrict lower,
+                                   const sg_real *restrict slack_upper,
+                                   const sg_real *restrict slack_lower,
+                                   sg_real *restrict scratch, sg_real *restrict correction,
+                                   sg_real *restrict change, sg_pqp_state *restrict state)
+{
+    for (int i = 0; i < m; i++) {
+        scratch[i] = upper[i] - lower[i];
+    }
+    sg_matvec(n, m, inverse_columns, scratch, correction);
+    sg_matvec(m, n, rows_columns, correction, change);
+    state->worst = slack_upper[0] + change[0];
+    state->row = 0;
+    state->is_lower = 0;
+    sg_real gap = (sg_real)0;
+    for (int i = 0; i < m; i++) {
+        const sg_real r_upper = slack_upper[i] + change[i];
+        const sg_real r_lower = slack_lower[i] - change[i];
+        if (r_upper < state->worst) {
+            state->worst = r_upper;
+            state->row = i;
+            state->is_lower = 0;
+        }
+        if (r_lower < state->worst) {
+            state->worst = r_lower;
+            state->row = i;
+            state->is_lower = 1;
+        }
+        gap += (upper[i] * r_upper) + (lower[i] * r_lower);
+    }
+    state->gap = gap;
+}
+
+/* (20) on both sides of every row; keeps the last iterate for the extrapolation. */
+static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute_columns,
+                                   const sg_real *restrict phi_diagonal,
+                                   const sg_real *restrict vanish,
+                                   const sg_real *restrict ceiling,
+                                   const sg_real *restrict slack_upper,
+                                   const sg_real *restrict slack_lower,
+                                   const sg_real *restrict change, sg_real *restrict scratch,
+                                   sg_real *restrict absolute, sg_real *restrict upper,
+                                   sg_real *restrict lower, sg_real *restrict last_upper,
+                                   sg_real *restrict last_lower, sg_real *restrict last_change)
+{
+    const sg_real zero = (sg_real)0;
+    const sg_real half = (sg_real)0.5;
+    for (int i = 0; i < m; i++) {
+        scratch[i] = upper[i] + lower[i];
+    }
+    sg_matvec(m, m, absolute_columns, scratch, absolute);
+    for (int i = 0; i < m; i++) {
+        const sg_real plus = sg_max(half * (absolute[i] + change[i]), zero);
+        const sg_real minus = sg_max(half * (absolute[i] - change[i]), zero);
+        const sg_real keep_upper = phi_diagonal[i] * upper[i];
+        const sg_real keep_lower = phi_diagonal[i] * lower[i];
+        const sg_real up = (minus + keep_upper) + sg_max(-slack_upper[i], zero);
+        const sg_real down = (plus + keep_upper) + sg_max(slack_upper[i], zero);
+        const sg_real low_up = (plus + keep_lower) + sg_max(-slack_lower[i], zero);
+        const sg_real low_down = (minus + keep_lower) + sg_max(slack_lower[i], zero);
+        last_upper[i] = upper[i];
+        last_lower[i] = lower[i];
+        last_change[i] = change[i];
+        upper[i] = sg_clamp((upper[i] * up) / down, vanish[i], ceiling[i]);
+        lower[i] = sg_clamp((lower[i] * low_up) / low_down, vanish[i], ceiling[i]);
+    }
+}
+
+/* Exact minimum of the dual along the multiplier of the most violated row. */
+static inline void sg_pqp_coordinate(const sg_real *restrict inverse_diagonal,
+                                     const sg_real *restrict ceiling,
+                                     const sg_pqp_state *restrict state, sg_real *restrict upper,
+                                     sg_real *restrict lower)
+{
+    const int32_t row = state->row;
+    sg_real *const target = (state->is_lower == 1) ? lower : upper;
+    target[row] = sg_min(target[row] - (state->worst * inverse_diagonal[row]), ceiling[row]);
+}
+
+/* Exact line search along the last step of (20); the duals that matter stay positive. */
+static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
+                                      const sg_real *restrict vanish,
+                                      const sg_real *restrict ceiling, sg_real clamp, sg_real room,
+                                      sg_real weight, const sg_real *restrict slack_upper,
+                                      const sg_real *restrict slack_lower,
+                                      const sg_real *restrict change, sg_real *restrict upper,
+                                      sg_real *restrict lower,
+                                      const sg_real *restrict last_upper,
+                                      const sg_real *restrict last_lower,
+                                      const sg_real *restrict last_change)
+{
+    const sg_real zero = (sg_real)0;
+    sg_real curvature = zero;
+    sg_real slope = zero;
+    sg_real largest = zero;
+    for (int i = 0; i < m; i++) {
+        const sg_real step_upper = upper[i] - last_upper[i];
+        const sg_real step_lower = lower[i] - last_lower[i];
+        curvature += (step_upper - step_lower) * (change[i] - last_change[i]);
+        slope += (step_upper * (slack_upper[i] + change[i])) +
+                 (step_lower * (slack_lower[i] - change[i]));
+        largest = sg_max(largest, sg_max(upper[i] * diagonal[i], lower[i] * diagonal[i]));
+    }
+    int32_t useful = 0;
+    if (slope < zero) {
+        if (curvature > zero) {
+            useful = 1;
+        }
+    }
+    if (useful == 1) {
+        const sg_real level = weight * largest;
+        sg_real length = -slope / curvature;
+        for (int i = 0; i < m; i++) {
+            const sg_real step_upper = upper[i] - last_upper[i];
+            const sg_real step_lower = lower[i] - last_lower[i];
+            if (step_upper < zero) {
+                if ((upper[i] * diagonal[i]) >= level) {
+                    length = sg_min(length, (room * upper[i]) / -step_upper);
+                }
+            }
+            if (step_lower < zero) {
+                if ((lower[i] * diagonal[i]) >= level) {
+                    length = sg_min(length, (room * lower[i]) / -step_lower);
+                }
+            }
+        }
+        for (int i = 0; i < m; i++) {
+            const sg_real step_upper = upper[i] - last_upper[i];
+            const sg_real step_lower = lower[i] - last_lower[i];
+            const sg_real new_upper = sg_max(upper[i] + (length * step_upper), clamp * upper[i]);
+            const sg_real new_lower = sg_max(lower[i] + (length * step_lower), clamp * lower[i]);
+            upper[i] = sg_clamp(new_upper, vanish[i], ceiling[i]);
+            lower[i] = sg_clamp(new_lower, vanish[i], ceiling[i]);
+        }
+    }
+}
+
+#endif

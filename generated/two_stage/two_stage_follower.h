@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design f9fdffe8777881aa. */
+/* Fast stage commands (22)-(23) and the feed along the points */
+#ifndef TWO_STAGE_FOLLOWER_H
+#define TWO_STAGE_FOLLOWER_H
+
+#include "two_stage_types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    TWO_STAGE_FOLLOWER_ORDER = 3, /* states of a slow stage */
+    TWO_STAGE_FOLLOWER_POINTS = 150, /* M, fast samples per interval */
+    TWO_STAGE_FOLLOWER_INTERVALS = 20, /* intervals that can wait */
+    TWO_STAGE_FOLLOWER_BUFFER = 3151, /* points kept */
+    TWO_STAGE_FOLLOWER_RAMP = 50 /* fast samples of a feed ramp */
+};
+
+/* All state; the caller owns it, as many as she likes. Members are private. */
+typedef struct {
+    two_stage_real path_x[TWO_STAGE_FOLLOWER_BUFFER]; /* ring of points, m */
+    two_stage_real path_y[TWO_STAGE_FOLLOWER_BUFFER]; /* ring of points, m */
+    two_stage_real state_x[TWO_STAGE_FOLLOWER_ORDER]; /* slow stage model at T_f */
+    two_stage_real state_y[TWO_STAGE_FOLLOWER_ORDER]; /* slow stage model at T_f */
+    two_stage_real scratch_x[TWO_STAGE_FOLLOWER_ORDER]; /* workspace */
+    two_stage_real scratch_y[TWO_STAGE_FOLLOWER_ORDER]; /* workspace */
+    two_stage_real command_x; /* slow stage command, m */
+    two_stage_real command_y; /* slow stage command, m */
+    two_stage_real along; /* points along the interval */
+    two_stage_real rate_begin; /* points per fast sample */
+    two_stage_real rate_flat; /* points per fast sample */
+    two_stage_real rate_end; /* points per fast sample */
+    int32_t queue[TWO_STAGE_FOLLOWER_INTERVALS]; /* points of the intervals that wait */
+    int32_t waiting; /* intervals that wait */
+    int32_t head; /* where the interval's first point is in the ring */
+    int32_t tail; /* where the newest point is in the ring */
+    int32_t current; /* points of the interval */
+    int32_t done; /* fast samples of the interval */
+    int32_t ready; /* 1 after a successful reset */
+} two_stage_follower_t;
+
+typedef struct {
+    two_stage_real position_x; /* m [-0.4 .. 0.4]: start point */
+    two_stage_real position_y; /* m [-0.4 .. 0.4]: start point */
+} two_stage_follower_reset_in;
+
+typedef struct {
+    two_stage_real points_x[150]; /* m [-0.4 .. 0.4]: the next points of the path, x; those beyond n_points are not read */
+    two_stage_real points_y[150]; /* m [-0.4 .. 0.4]: the next points of the path, y; those beyond n_points are not read */
+    int32_t n_points; /* 1 [0 .. 150]: valid points */
+} two_stage_follower_push_in;
+
+typedef struct {
+    two_stage_real x_position; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position */
+    two_stage_real x_velocity; /* m/s [-2.8 .. 2.8]: slow stage velocity */
+    two_stage_real x_acceleration; /* m/s^2 [-58.84 .. 58.84]: slow stage acceleration */
+    two_stage_real slow_command_x; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage command */
+    two_stage_real y_position; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position */
+    two_stage_real y_velocity; /* m/s [-2.8 .. 2.8]: slow stage velocity */
+    two_stage_real y_acceleration; /* m/s^2 [-58.84 .. 58.84]: slow stage acceleration */
+    two_stage_real slow_command_y; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage command */
+} two_stage_follower_begin_in;
+
+typedef struct {
+    int32_t interval_points; /* 1: its points */
+} two_stage_follower_begin_out;
+
+typedef struct {
+    two_stage_real command_x; /* m: fast stage command */
+    two_stage_real command_y; /* m: fast stage command */
+    two_stage_real reference_x; /* m: r_f of (22), where the tool should be */
+    two_stage_real reference_y; /* m: r_f of (22), where the tool should be */
+    two_stage_real along; /* 1: points of the interval behind that point */
+} two_stage_follower_step_out;
+
+/* Before anything else: clears the state. */
+void two_stage_follower_init(two_stage_follower_t *self);
+
+/* Forget the queue; stand at a point. */
+sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_follower_reset_in *in);
+
+/* Queue the points of one interval. */
+sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_follower_push_in *in);
+
+/* Start the next interval of the queue from the slow stage's measured state. */
+sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_follower_begin_in *in, two_stage_follower_begin_out *out);
+
+/* One fast sample. */
+void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step_out *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Made by servogen 0.1.0 from mpc.c.jinja; not to be edited.
+ * Design f9fdffe8777881aa2f9c00b168b3031f39fc7a4389488f565c965ac11e207c27.
+ *
+ * Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1
+ */
+#include "two_stage_mpc.h"
+
+typedef two_stage_real sg_real;
+#define SG_REAL_MAX 1.7976931348623157e+308
+#include "sg_kernels.h"
+#include "sg_pqp.h"
+#include "two_stage_mpc_tables.h"
+
+/* x+ = A x + B u (11); `next` must not be `state`. */
+static void two_stage_mpc_advance(const sg_real *state, sg_real command, sg_real *next)
+{
+    sg_matvec(TWO_STAGE_MPC_ORDER, TWO_STAGE_MPC_ORDER, two_stage_mpc_a_columns, state, next);
+    for (int i = 0; i < TWO_STAGE_MPC_ORDER; i++) {
+        next[i] += two_stage_mpc_b[i] * command;
+    }
+}
+
+/* Take self->scratch_plan as the plan from `state` on. */
+static void two_stage_mpc_accept(two_stage_mpc_t *self, const sg_real *state)
+{
+    for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
+        self->plan[i] = sg_clamp(self->scratch_plan[i], -two_stage_mpc_command_limit, two_stage_mpc_command_limit);
+    }
+    two_stage_mpc_advance(state, self->plan[0], self->predicted);
+}
+
+/* Corollary 1: the last plan one step on, ending in the newest reference. */
+static void two_stage_mpc_shift_plan(two_stage_mpc_t *self, sg_real reference)
+{
+    sg_copy(TWO_STAGE_MPC_HORIZON, self->plan, self->scratch_plan);
+    sg_shift(TWO_STAGE_MPC_HORIZON, self->scratch_plan, reference);
+}
+
+static void two_stage_mpc_cold_duals(two_stage_mpc_t *self)
+{
+    sg_copy(TWO_STAGE_MPC_ROWS, two_stage_mpc_floor, self->upper);
+    sg_copy(TWO_STAGE_MPC_ROWS, two_stage_mpc_floor, self->lower);
+}
+
+/* Duals of the last program one step on; the last step repeats, terminal rows keep theirs. */
+static void two_stage_mpc_shift_duals(sg_real *y)
+{
+    for (int i = 0; i < TWO_STAGE_MPC_ROWS - TWO_STAGE_MPC_TERMINAL_ROWS - TWO_STAGE_MPC_ROWS_PER_STEP; i++) {
+        y[i] = y[i + TWO_STAGE_MPC_ROWS_PER_STEP];
+    }
+    for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
+        y[i] = sg_max(y[i], two_stage_mpc_floor[i]);
+    }
+}
+
+/* Bounds of the rows, relative to the position, drawn in by the margin. */
+static void two_stage_mpc_bounds(two_stage_mpc_t *self, sg_real origin, const two_stage_mpc_step_in *in)
+{
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)1 - two_stage_mpc_margin, self->above);
+    sg_fill(TWO_STAGE_MPC_ROWS, -((sg_real)1 - two_stage_mpc_margin), self->below);
+    for (int k = 0; k < TWO_STAGE_MPC_HORIZON; k++) {
+        self->above[k * TWO_STAGE_MPC_ROWS_PER_STEP] =
+            ((in->high[k] - origin) * two_stage_mpc_position_scale) - two_stage_mpc_margin;
+        self->below[k * TWO_STAGE_MPC_ROWS_PER_STEP] =
+            ((in->low[k] - origin) * two_stage_mpc_position_scale) + two_stage_mpc_margin;
+    }
+    const int first = TWO_STAGE_MPC_ROWS - TWO_STAGE_MPC_TERMINAL_ROWS;
+    const sg_real last = self->relative[TWO_STAGE_MPC_HORIZON];
+    for (int i = 0; i < TWO_STAGE_MPC_TERMINAL_ROWS; i++) {
+        const sg_real centre =
+            (two_stage_mpc_terminal_reference[i] * last) + (two_stage_mpc_terminal_position[i] * origin);
+        self->above[first + i] = (two_stage_mpc_terminal_bound[i] - centre) - two_stage_mpc_margin;
+        self->below[first + i] = (-two_stage_mpc_terminal_bound[i] - centre) + two_stage_mpc_margin;
+    }
+}
+
+/* Rows of (19b) at a plan relative to the position, in self->rows; `rest` is (v, a, ...). */
+static void two_stage_mpc_rows(two_stage_mpc_t *self, const sg_real *plan, const sg_real *rest)
+{
+    sg_matvec(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_HORIZON, two_stage_mpc_rows_columns, plan, self->rows);
+    sg_matvec(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_ORDER - 1, two_stage_mpc_rows_state, rest, self->scratch);
+    sg_add(TWO_STAGE_MPC_ROWS, self->scratch, self->rows);
+}
+
+/* The shifted plan in self->scratch_plan, held to the true bounds from the measured state. */
+static sg_status two_stage_mpc_judge(two_stage_mpc_t *self, sg_real origin, const sg_real *rest)
+{
+    sg_status status = SG_BACKUP;
+    for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
+        self->correction[i] = self->scratch_plan[i] - origin;
+    }
+    two_stage_mpc_rows(self, self->correction, rest);
+    for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
+        if (self->rows[i] > (self->above[i] + two_stage_mpc_margin)) {
+            status = SG_INFEASIBLE;
+        }
+        if (self->rows[i] < (self->below[i] - two_stage_mpc_margin)) {
+            status = SG_INFEASIBLE;
+        }
+    }
+    return status;
+}
+
+/* Iterate (20) from the shifted duals; the number of iterates goes to `iterations`. */
+static sg_status two_stage_mpc_solve(two_stage_mpc_t *self, int32_t *iterations)
+{
+    sg_status status = SG_BACKUP;
+    sg_pqp_state seen = { (sg_real)0, (sg_real)0, 0, 0 };
+    int32_t turn = 0;
+    two_stage_mpc_shift_duals(self->upper);
+    two_stage_mpc_shift_duals(self->lower);
+    for (int k = 0; k < TWO_STAGE_MPC_ITERATION_CAP; k++) {
+        sg_pqp_evaluate(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_HORIZON, two_stage_mpc_inverse_columns, two_stage_mpc_rows_columns,
+                        self->upper, self->lower, self->slack_upper, self->slack_lower,
+                        self->scratch, self->correction, self->change, &seen);
+        *iterations = k + 1;
+        status = (seen.worst >= -two_stage_mpc_tolerance) ? SG_SUBOPTIMAL : SG_BACKUP;
+        if (status == SG_SUBOPTIMAL) {
+            status = (seen.gap <= two_stage_mpc_gap_limit) ? SG_OK : SG_SUBOPTIMAL;
+        }
+        if (status == SG_OK) {
+            break;
+        }
+        if (k == TWO_STAGE_MPC_ITERATION_CAP - 1) {
+            break;
+        }
+        int32_t kind = 0;
+        if (turn == 0) {
+            kind = (status == SG_BACKUP) ? 1 : 0;
+        }
+        kind = (turn == TWO_STAGE_MPC_PERIOD - 1) ? 2 : kind;
+        if (kind == 1) {
+            sg_pqp_coordinate(two_stage_mpc_inverse_diagonal, two_stage_mpc_ceiling, &seen, self->upper, self->lower);
+        } else if (kind == 2) {
+            sg_pqp_extrapolate(TWO_STAGE_MPC_ROWS, two_stage_mpc_diagonal, two_stage_mpc_vanish, two_stage_mpc_ceiling,
+                               two_stage_mpc_clamp, two_stage_mpc_room, two_stage_mpc_weight, self->slack_upper,
+                               self->slack_lower, self->change, self->upper, self->lower,
+                               self->last_upper, self->last_lower, self->last_change);
+        } else {
+            sg_pqp_multiply(TWO_STAGE_MPC_ROWS, two_stage_mpc_absolute, two_stage_mpc_phi_diagonal, two_stage_mpc_vanish,
+                            two_stage_mpc_ceiling, self->slack_upper, self->slack_lower, self->change,
+                            self->scratch, self->absolute_sum, self->upper, self->lower,
+                            self->last_upper, self->last_lower, self->last_change);
+        }
+        turn = (turn == TWO_STAGE_MPC_PERIOD - 1) ? 0 : (turn + 1);
+    }
+    return status;
+}
+
+/* The unconstrained optimum in self->free_plan, its slacks, and whether all bounds hold there. */
+static int32_t two_stage_mpc_unconstrained(two_stage_mpc_t *self, sg_real origin, const sg_real *rest,
+                                     const two_stage_mpc_step_in *in)
+{
+    int32_t inside = 1;
+    for (int i = 0; i < TWO_STAGE_MPC_REFERENCES; i++) {
+        self->relative[i] = in->reference[i] - origin;
+    }
+    sg_matvec(TWO_STAGE_MPC_HORIZON, TWO_STAGE_MPC_ORDER - 1, two_stage_mpc_plan_state, rest, self->free_plan);
+    sg_matvec(TWO_STAGE_MPC_HORIZON, TWO_STAGE_MPC_REFERENCES, two_stage_mpc_plan_reference, self->relative,
+              self->correction);
+    sg_add(TWO_STAGE_MPC_HORIZON, self->correction, self->free_plan);
+    two_stage_mpc_rows(self, self->free_plan, rest);
+    two_stage_mpc_bounds(self, origin, in);
+    for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
+        self->slack_upper[i] = self->above[i] - self->rows[i];
+        self->slack_lower[i] = self->rows[i] - self->below[i];
+        if (self->slack_upper[i] < (sg_real)0) {
+            inside = 0;
+        }
+        if (self->slack_lower[i] < (sg_real)0) {
+            inside = 0;
+        }
+    }
+    return inside;
+}
+
+void two_stage_mpc_init(two_stage_mpc_t *self)
+{
+    sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->plan);
+    sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, self->predicted);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->upper);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->lower);
+    sg_fill(TWO_STAGE_MPC_REFERENCES, (sg_real)0, self->relative);
+    sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->free_plan);
+    sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->correction);
+    sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->scratch_plan);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->below);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->above);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->rows);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->slack_upper);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->slack_lower);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->change);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->absolute_sum);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->scratch);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_upper);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_lower);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_change);
+    self->ready = 0;
+}
+
+sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_in *in)
+{
+    sg_status status = SG_OK;
+    status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
+self->ready = (status == SG_OK) ? 1 : 0;
+    const sg_real where = (status == SG_OK) ? in->position : (sg_real)0;
+    sg_fill(TWO_STAGE_MPC_HORIZON, where, self->plan);
+    sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, self->predicted);
+    self->predicted[0] = where;
+    two_stage_mpc_cold_duals(self);
+    return status;
+}
+
+sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in *in)
+{
+    sg_status status = SG_OK;
+    status = sg_worse(status, sg_check(in->command, -0.6000000000000001, 0.6000000000000001));
+const sg_real command = (status == SG_OK) ? in->command : self->plan[TWO_STAGE_MPC_HORIZON - 1];
+    sg_shift(TWO_STAGE_MPC_HORIZON, self->plan, command);
+    return status;
+}
+
+sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_mpc_candidate_in *in, two_stage_mpc_candidate_out *out)
+{
+    sg_real state[TWO_STAGE_MPC_ORDER];
+    sg_real next[TWO_STAGE_MPC_ORDER];
+    sg_status status = SG_OK;
+    status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
+    status = sg_worse(status, sg_check(in->velocity, -2.8, 2.8));
+    status = sg_worse(status, sg_check(in->acceleration, -58.84, 58.84));
+    state[0] = (status == SG_OK) ? in->position : self->predicted[0];
+    state[1] = (status == SG_OK) ? in->velocity : self->predicted[1];
+    state[2] = (status == SG_OK) ? in->acceleration : self->predicted[2];
+    for (int k = 1; k < TWO_STAGE_MPC_HORIZON; k++) {
+        two_stage_mpc_advance(state, self->plan[k], next);
+        sg_copy(TWO_STAGE_MPC_ORDER, next, state);
+    }
+    out->position = state[0];
+    out->velocity = state[1];
+    out->acceleration = state[2];
+    return status;
+}
+
+sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in *in, two_stage_mpc_hold_out *out)
+{
+    sg_real state[TWO_STAGE_MPC_ORDER];
+    sg_status status = SG_OK;
+    status = sg_worse(status, sg_check(in->reference, -0.4, 0.4));
+sg_copy(TWO_STAGE_MPC_ORDER, self->predicted, state);
+    two_stage_mpc_shift_plan(self, (status == SG_OK) ? in->reference : self->plan[TWO_STAGE_MPC_HORIZON - 1]);
+    two_stage_mpc_accept(self, state);
+    out->command = self->plan[0];
+    out->position = state[0];
+    out->velocity = state[1];
+    out->acceleration = state[2];
+    return status;
+}
+
+/* All inputs are in range. */
+static sg_status two_stage_mpc_optimise(two_stage_mpc_t *self, const two_stage_mpc_step_in *in, int32_t *iterations)
+{
+    sg_status status = SG_OK;
+    sg_real state[TWO_STAGE_MPC_ORDER];
+    state[0] = in->position;
+    state[1] = in->velocity;
+    state[2] = in->acceleration;
+    const sg_real origin = state[0];
+    if (two_stage_mpc_unconstrained(self, origin, &state[1], in) == 1) {
+        two_stage_mpc_cold_duals(self);
+        sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->correction);
+    } else {
+        status = two_stage_mpc_solve(self, iterations);
+    }
+    if (status == SG_BACKUP) {
+        two_stage_mpc_shift_plan(self, in->reference[TWO_STAGE_MPC_HORIZON]);
+        status = two_stage_mpc_judge(self, origin, &state[1]);
+    } else {
+        for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
+            self->scratch_plan[i] = (self->free_plan[i] - self->correction[i]) + origin;
+        }
+    }
+    two_stage_mpc_accept(self, state);
+    return status;
+}
+
+sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in *in, two_stage_mpc_step_out *out)
+{
+    sg_status status = SG_OK;
+    status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
+    status = sg_worse(status, sg_check(in->velocity, -2.8, 2.8));
+    status = sg_worse(status, sg_check(in->acceleration, -58.84, 58.84));
+    status = sg_worse(status, sg_check_array(21, 21, in->reference, -0.4,
+                                             0.4));
+    status = sg_worse(status, sg_check_array(20, 20, in->low, -0.6000000000000001,
+                                             0.6000000000000001));
+    status = sg_worse(status, sg_check_array(20, 20, in->high, -0.6000000000000001,
+                                             0.6000000000000001));
+int32_t iterations = 0;
+    if (self->ready == 0) {
+        status = SG_NOT_READY;
+    } else if (status != SG_OK) {
+        sg_real state[TWO_STAGE_MPC_ORDER];
+        sg_copy(TWO_STAGE_MPC_ORDER, self->predicted, state);
+        two_stage_mpc_shift_plan(self, self->plan[TWO_STAGE_MPC_HORIZON - 1]);
+        two_stage_mpc_accept(self, state);
+    } else {
+        status = two_stage_mpc_optimise(self, in, &iterations);
+    }
+    out->command = self->plan[0];
+    out->iterations = iterations;
+    return status;
+}

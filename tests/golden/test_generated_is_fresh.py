@@ -1,0 +1,74 @@
+"""``generated/`` is what the present code makes of the bundled examples.
+
+Tables pass through linear programs and LAPACK, whose last digits may differ between processors:
+numbers are compared to 1e-9 of a table's largest entry, everything else byte for byte.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from servogen.progress import Silent
+from servogen.project import load_project
+from servogen.steps.prepare import prepare
+
+ROOT = Path(__file__).parents[2]
+COMMITTED = ROOT / "generated" / "two_stage"
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?f?(?![\w.])")
+HASH = re.compile(r"\b(?=[0-9]*[a-f])[0-9a-f]{16,64}\b")
+RELATIVE = 1e-9
+HELP = "run 'make golden' and look at the diff of generated/"
+
+
+@pytest.fixture(scope="module")
+def fresh() -> dict[str, str]:
+    project = load_project(ROOT / "examples" / "two_stage" / "servogen.toml")
+    return dict(prepare(project, Silent()).package.files)
+
+
+def _blocks(text: str) -> list[tuple[str, list[float]]]:
+    """Per table or line: its text without numbers and hashes, and its numbers."""
+    masked = HASH.sub("HASH", text)
+    blocks = []
+    for block in re.split(r"(?<=;)\n", masked):
+        numbers = [float(token.rstrip("f")) for token in NUMBER.findall(block)]
+        blocks.append((re.sub(r"\s+", " ", NUMBER.sub("#", block)), numbers))
+    return blocks
+
+
+def test_same_files(fresh: dict[str, str]) -> None:
+    assert sorted(path.name for path in COMMITTED.iterdir()) == sorted(fresh), HELP
+
+
+def test_same_text_and_numbers(fresh: dict[str, str]) -> None:
+    for name, text in fresh.items():
+        committed = (COMMITTED / name).read_text(encoding="utf-8")
+        if committed == text or name == "manifest.json":
+            continue
+        old, new = _blocks(committed), _blocks(text)
+        assert [block for block, _ in old] == [block for block, _ in new], f"{name}: {HELP}"
+        for (block, before), (_, after) in zip(old, new, strict=True):
+            scale = max((abs(v) for v in before), default=0.0)
+            for a, b in zip(before, after, strict=True):
+                assert abs(a - b) <= RELATIVE * scale, f"{name}, {block[:60]}: {a} is {b}; {HELP}"
+
+
+def test_same_manifest_but_for_hashes(fresh: dict[str, str]) -> None:
+    def content(text: str) -> dict[str, object]:
+        data: dict[str, object] = json.loads(HASH.sub("HASH", text))
+        return data
+
+    committed = (COMMITTED / "manifest.json").read_text(encoding="utf-8")
+    assert content(committed) == content(fresh["manifest.json"]), HELP
+
+
+def test_the_comparison_sees_a_changed_entry(fresh: dict[str, str]) -> None:
+    text = fresh["two_stage_mpc_tables.h"]
+    head, mark, table = text.partition("two_stage_mpc_absolute[")
+    first = NUMBER.findall(table)[5]
+    changed = head + mark + table.replace(first, repr(float(first) * 1.001), 1)
+    assert _blocks(text) != _blocks(changed)
