@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -30,6 +31,13 @@ class Segment(Protocol):
 
     def sample(self, parameters: FloatArray) -> CurveSample: ...
 
+    def chord_errors(self, parameters: FloatArray) -> FloatArray:
+        """Proven bounds (n-1,) on the distance (m) of the curve from its chords.
+
+        ``parameters`` (n,) ascend or descend with the curve and lie within one span of ``breaks``.
+        """
+        ...
+
 
 @dataclass(frozen=True)
 class Line:
@@ -48,6 +56,9 @@ class Line:
         points = np.outer(1.0 - parameters, start) + np.outer(parameters, end)
         first = np.broadcast_to(end - start, points.shape)
         return CurveSample(points, first, np.zeros_like(points))
+
+    def chord_errors(self, parameters: FloatArray) -> FloatArray:
+        return np.zeros(len(parameters) - 1)
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,14 @@ class EllipticArc:
         radial = np.outer(cosine, major) + np.outer(sine, minor)
         first = np.outer(cosine, minor) - np.outer(sine, major)
         return CurveSample(center + radial, first, -radial)
+
+    def chord_errors(self, parameters: FloatArray) -> FloatArray:
+        # With P the radius vector and Q its derivative half way, the curve at an angle s from
+        # there is c + cos(s) P + sin(s) Q, and c + cos(h) P + sin(s) Q lies on the chord for
+        # |s| <= h <= pi/2: they differ by (cos(s) - cos(h)) P.
+        half = 0.5 * np.diff(parameters)
+        _, _, second = self.sample(parameters[:-1] + half)
+        return 2.0 * np.sin(0.5 * half) ** 2 * _norms(second)
 
 
 def circular_arc(
@@ -110,6 +129,57 @@ class Nurbs:
         d1 = (first[:, :2] - points * first[:, 2:]) / w
         d2 = (second[:, :2] - 2.0 * d1 * first[:, 2:] - points * second[:, 2:]) / w
         return CurveSample(points, d1, d2)
+
+    def chord_errors(self, parameters: FloatArray) -> FloatArray:
+        """The curve lies in the hull of the control points of each of its pieces."""
+        points = self.sample(parameters).points
+        step = np.diff(parameters)
+        # Seen from the middle of the piece, so that a break at one of its ends is not looked
+        # across; then to the Bernstein form on the piece.
+        homogeneous = np.column_stack([self.control * self.weights[:, None], self.weights])
+        spline = BSpline(self.knots, homogeneous, self.degree)
+        middle = parameters[:-1] + 0.5 * step
+        taylor = [
+            spline(middle, nu=order) * (0.5 * step[:, None]) ** order / math.factorial(order)
+            for order in range(self.degree + 1)
+        ]
+        control = np.einsum("ji,ink->jnk", _centred_to_bernstein(self.degree), np.array(taylor))
+        weight = control[..., 2:]
+        whole = (weight > 0.0).all(axis=(0, 2))
+        positions = control[..., :2] / np.where(weight > 0.0, weight, 1.0)
+        gaps = [_gap_to_chord(row, points[:-1], points[1:]) for row in positions]
+        return np.where(whole, np.max(gaps, axis=0), np.inf)
+
+
+def _norms(vectors: FloatArray) -> FloatArray:
+    """Euclidean lengths (n,) of vectors (n, 2)."""
+    lengths: FloatArray = np.hypot(vectors[:, 0], vectors[:, 1])
+    return lengths
+
+
+def _gap_to_chord(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Distance of points (n, 2) from the chords start-end (n, 2 each), in metres."""
+    chord = end - start
+    length2 = np.maximum((chord**2).sum(axis=1), 1e-300)
+    along = np.clip(((points - start) * chord).sum(axis=1) / length2, 0.0, 1.0)
+    return _norms(points - start - along[:, None] * chord)
+
+
+def _centred_to_bernstein(degree: int) -> FloatArray:
+    """(degree+1, degree+1): coefficients of u^i, u in [-1, 1], to Bernstein ones on that interval.
+
+    By the blossom: control point j is the polar form at degree-j times -1 and j times +1, where
+    u^i has the mean of all products of i of these arguments.
+    """
+    table = np.zeros((degree + 1, degree + 1))
+    for j in range(degree + 1):
+        for i in range(degree + 1):
+            products = sum(
+                math.comb(j, plus) * math.comb(degree - j, i - plus) * (-1) ** (i - plus)
+                for plus in range(max(0, i - degree + j), min(i, j) + 1)
+            )
+            table[j, i] = products / math.comb(degree, i)
+    return table
 
 
 def bezier(control: FloatArray) -> Nurbs:

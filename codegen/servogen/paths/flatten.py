@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,9 +14,13 @@ from servogen.paths.curves import BoolArray, CurveSample, FloatArray, Line, Segm
 SMALLEST_RADIUS_M = 1e-6
 # Directions that agree within this angle belong to one curve.
 SMOOTH_ANGLE_RAD = 1e-4
-_PROBES = np.linspace(0.0, 1.0, 10)[1:-1]
 _SCAN = 65
 _MOST_ROUNDS = 40
+MOST_PIECES = 2_000_000  # of one span: more is a tolerance out of all proportion
+
+
+class TooFine(ValueError):
+    """A curve would be cut into more than MOST_PIECES; the text says into how many."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,12 @@ class Polyline:
 def flatten(segments: tuple[Segment, ...], flatness: Flatness) -> Polyline:
     """Flatten segments that follow one another; the gaps between them are closed by the caller.
 
-    Returns a polyline whose every piece is within ``flatness.tolerance_m`` of the curve. Vertices
+    Returns a polyline whose every piece is within ``flatness.tolerance_m`` of the curve, by the
+    proven bounds of ``Segment.chord_errors``. Vertices
     where two segments meet count as smooth when the two directions agree.
+
+    Raises:
+        TooFine: a curve so long or a tolerance so small that it would take too many pieces.
     """
     spans = [
         _flatten_span(segment, float(low), float(high), flatness)
@@ -55,7 +64,7 @@ def flatten(segments: tuple[Segment, ...], flatness: Flatness) -> Polyline:
     points = np.vstack([spans[0].points, *[span.points[1:] for span in spans[1:]]])
     radius = spans[0].radius_m
     smooth = spans[0].smooth
-    for before, after in zip(spans[:-1], spans[1:], strict=True):
+    for before, after in pairwise(spans):
         joint_radius = min(before.radius_m[-1], after.radius_m[0])
         joint_smooth = math.isfinite(joint_radius) and _agree(before, after)
         radius = np.concatenate([radius[:-1], [joint_radius], after.radius_m[1:]])
@@ -71,16 +80,8 @@ def curvature_radius(sample: CurveSample) -> FloatArray:
     )
     straight = cross <= 1e-9 * speed**3  # radius over 1e9 m
     radius = np.where(straight, np.inf, speed**3 / np.where(straight, 1.0, cross))
-    return np.maximum(radius, SMALLEST_RADIUS_M)
-
-
-def chord_error(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Distance of points (n, 2) from the chords start-end (n, 2 each), in metres."""
-    chord = end - start
-    length2 = np.maximum((chord**2).sum(axis=1), 1e-300)
-    along = np.clip(((points - start) * chord).sum(axis=1) / length2, 0.0, 1.0)
-    gap = points - start - along[:, None] * chord
-    return np.hypot(gap[:, 0], gap[:, 1])
+    floored: FloatArray = np.maximum(radius, SMALLEST_RADIUS_M)
+    return floored
 
 
 def _flatten_span(segment: Segment, low: float, high: float, flatness: Flatness) -> Polyline:
@@ -91,7 +92,7 @@ def _flatten_span(segment: Segment, low: float, high: float, flatness: Flatness)
         )
     parameters = _spread(segment, np.linspace(low, high, _SCAN), flatness)
     for _ in range(_MOST_ROUNDS):
-        error = _chord_errors(segment, parameters)
+        error = segment.chord_errors(parameters)
         coarse = np.flatnonzero(error > flatness.tolerance_m)
         if coarse.size == 0:
             break
@@ -117,20 +118,11 @@ def _spread(segment: Segment, scan: FloatArray, flatness: Flatness) -> FloatArra
     if scan[-1] < scan[0]:
         grown = -grown
     pieces = max(2, math.ceil(grown[-1]))
+    if pieces > MOST_PIECES:
+        raise TooFine(str(pieces))
     parameters = np.interp(np.linspace(0.0, grown[-1], pieces + 1), grown, scan)
     parameters[[0, -1]] = scan[[0, -1]]
     return parameters
-
-
-def _chord_errors(segment: Segment, parameters: FloatArray) -> FloatArray:
-    """The largest distance of the curve from each of its chords, seen at eight places of each."""
-    points = segment.sample(parameters).points
-    worst = np.zeros(len(parameters) - 1)
-    for fraction in _PROBES:
-        between = parameters[:-1] + fraction * np.diff(parameters)
-        error = chord_error(segment.sample(between).points, points[:-1], points[1:])
-        worst = np.maximum(worst, error)
-    return worst
 
 
 def _agree(before: Polyline, after: Polyline) -> bool:
@@ -145,4 +137,4 @@ def _agree(before: Polyline, after: Polyline) -> bool:
     expected = 0.5 * (
         math.hypot(*incoming) / before.radius_m[-1] + math.hypot(*outgoing) / after.radius_m[0]
     )
-    return turn <= 1.05 * expected + SMOOTH_ANGLE_RAD
+    return bool(turn <= 1.05 * expected + SMOOTH_ANGLE_RAD)

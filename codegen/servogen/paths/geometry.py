@@ -6,14 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from servogen.errors import InputError
-from servogen.paths.curves import BoolArray, FloatArray, Stroke
-from servogen.paths.flatten import Flatness, Polyline, flatten
+from servogen.paths.curves import BoolArray, FloatArray, Line, Stroke
+from servogen.paths.flatten import MOST_PIECES, Flatness, Polyline, TooFine, flatten
 from servogen.paths.ordering import Run, as_given, order_strokes
 from servogen.paths.settings import PathSettings
 
 JOIN_LABEL = "joining move"
+# No machine of this kind is larger: a wrong unit, or a number gone wild.
+FARTHEST_M = 1000.0
+SHORTEST_M = 1e-12
+_FINITE = f"finite coordinates and sizes, none above {FARTHEST_M:g} m"
 
 
 @dataclass(frozen=True)
@@ -57,18 +62,33 @@ def build_tool_path(
 
 def _checked_polyline(stroke: Stroke, flatness: Flatness, file: Path) -> Polyline:
     for segment in stroke.segments:
+        if isinstance(segment, Line):
+            _check_reach([segment.start, segment.end], stroke, file)
+            continue
         breaks = segment.breaks
         with np.errstate(all="ignore"):
             probe = segment.sample(breaks).points
-        if not (np.isfinite(breaks).all() and np.isfinite(probe).all()):
-            raise InputError(file, stroke.label, None, "finite coordinates and sizes")
-    line = flatten(stroke.segments, flatness)
-    moved = np.hypot(*np.diff(line.points, axis=0).T)
-    if not np.isfinite(moved).all():
-        raise InputError(file, stroke.label, None, "finite coordinates and sizes")
-    if moved.sum() <= 1e-12:
+        if not np.isfinite(breaks).all():
+            raise InputError(file, stroke.label, None, _FINITE)
+        _check_reach(probe, stroke, file)
+    try:
+        line = flatten(stroke.segments, flatness)
+    except TooFine as error:
+        expected = f"at most {MOST_PIECES}: a larger path.tolerance_m or path.corner_time_s"
+        raise InputError(file, stroke.label, f"cut into {error} pieces", expected) from error
+    if not np.isfinite(line.points).all():
+        raise InputError(file, stroke.label, None, _FINITE)
+    if np.ptp(line.points, axis=0).max() <= SHORTEST_M:
         raise InputError(file, stroke.label, "of length zero", "a line or curve with a length")
     return line
+
+
+def _check_reach(points: ArrayLike, stroke: Stroke, file: Path) -> None:
+    farthest = np.abs(points).max()
+    if np.isfinite(farthest) and farthest <= FARTHEST_M:
+        return
+    value = f"{farthest:.6g} m from the origin" if np.isfinite(farthest) else None
+    raise InputError(file, stroke.label, value, _FINITE)
 
 
 def _assemble(
@@ -120,7 +140,7 @@ def _without_repeats(
 ) -> ToolPath:
     """Drop pieces of no length (1 pm), which joining within the tolerance can leave."""
     length = np.hypot(*np.diff(points, axis=0).T)
-    keep = length > 1e-12
+    keep = length > SHORTEST_M
     vertex = np.concatenate([[True], keep])
     return ToolPath(
         points[vertex],

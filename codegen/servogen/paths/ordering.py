@@ -98,8 +98,10 @@ def _nearest(
 
 
 def _entry(run: Run, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    return ends[run.index] if run.reverse else starts[run.index]
+    point: FloatArray = (ends if run.reverse else starts)[run.index]
+    return point
 
 
 def _exit(run: Run, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    return starts[run.index] if run.reverse else ends[run.index]
+    point: FloatArray = (starts if run.reverse else ends)[run.index]
+    return point

@@ -48,18 +48,22 @@ class Profile:
         travelled = since * (
             self.speed_m_per_s[phase] + 0.5 * self.acceleration_m_per_s2[phase] * since
         )
-        return np.minimum(self.distance_m[phase] + travelled, self.length_m)
+        distance: FloatArray = np.minimum(self.distance_m[phase] + travelled, self.length_m)
+        return distance
 
 
 def piece_lengths(path: ToolPath) -> FloatArray:
     """Length of each piece (n-1,) in metres."""
-    return np.hypot(*np.diff(path.points, axis=0).T)
+    lengths: FloatArray = np.hypot(*np.diff(path.points, axis=0).T)
+    return lengths
 
 
 def piece_speed_limits(path: ToolPath, limits: MotionLimits, feed_scale: float) -> FloatArray:
     """Feed of each piece (n-1,), no faster than either axis may move, in m/s."""
     direction = np.abs(np.diff(path.points, axis=0)) / piece_lengths(path)[:, None]
-    return np.minimum(feed_scale * path.feed_m_per_s, limits.velocity_m_per_s / direction.max(1))
+    machine = limits.velocity_m_per_s / direction.max(axis=1)
+    speeds: FloatArray = np.minimum(feed_scale * path.feed_m_per_s, machine)
+    return speeds
 
 
 def vertex_speed_limits(
@@ -88,7 +92,8 @@ def vertex_speed_limits(
     curve = np.sqrt(limits.centripetal_acceleration_m_per_s2 * spacing / turn)
     limit[1:-1] = np.minimum(limit[1:-1], np.where(dense, np.minimum(curve, corner), corner))
     limit[0] = limit[-1] = 0.0
-    return limit
+    speeds: FloatArray = limit
+    return speeds
 
 
 def look_ahead(limit: FloatArray, length: FloatArray, acceleration: float) -> FloatArray:
@@ -103,7 +108,8 @@ def look_ahead(limit: FloatArray, length: FloatArray, acceleration: float) -> Fl
         reachable = square[i] + step
         if square[i + 1] > reachable:
             square[i + 1] = reachable
-    return np.sqrt(np.array(square))
+    speed: FloatArray = np.sqrt(np.array(square))
+    return speed
 
 
 def build_profile(

@@ -152,7 +152,8 @@ def _sample(profile: Profile, sample_time_s: float) -> FloatArray:
             f"feeds and units that give at most {MOST_POINTS} points",
         )
     steps = max(steps, 2)
-    distance = profile.distance_at(np.arange(steps + 1) * (profile.duration_s / steps))
+    times = np.arange(steps + 1, dtype=np.float64) * (profile.duration_s / steps)
+    distance = profile.distance_at(times)
     distance[-1] = profile.length_m
     return distance
 
