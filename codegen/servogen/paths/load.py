@@ -12,6 +12,7 @@ from servogen.paths.geometry import ToolPath, build_tool_path
 from servogen.paths.settings import PathSettings
 from servogen.paths.svg import read_svg
 
+_LAYERED = (".dxf", ".svg")
 _READERS = {
     ".dxf": (read_dxf, True),
     ".svg": (read_svg, True),
@@ -38,5 +39,12 @@ def load_tool_path(settings: PathSettings, file: Path) -> ToolPath:
             f"a {suffix or 'nameless'} file",
             "one of " + ", ".join(sorted(_READERS)),
         )
+    if settings.layer_feeds_m_per_s and suffix not in _LAYERED:
+        name = next(iter(settings.layer_feeds_m_per_s))
+        key, expected = (
+            f"path.layer_feeds_m_per_s.{name}",
+            f"none, as {suffix} files have no layers",
+        )
+        raise InputError(None, key, settings.layer_feeds_m_per_s[name], expected)
     read, reorder = _READERS[suffix]
     return build_tool_path(read(file, settings), settings, file, reorder=reorder)

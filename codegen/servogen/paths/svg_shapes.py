@@ -27,6 +27,8 @@ Point = tuple[float, float]
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _PATH_DATA = re.compile(rf"(?:[MmZzLlHhVvCcSsQqTtAa]|{_NUMBER}|[\s,])*")
 _POINT_LIST = re.compile(rf"(?:{_NUMBER}|[\s,])*")
+# Flatter arcs (pixels) are lines: their centre is too far away for double precision.
+_FLATTEST_SAG = 1e-6
 SHAPES = ("path", "line", "polyline", "polygon", "rect", "circle", "ellipse")
 
 
@@ -79,12 +81,14 @@ def _rect(element: Element) -> Chain:
         return [Line(start, end) for start, end in pairwise(corners)]
     chain: Chain = []
     at = (x + rx, y)
-    inner = ((x + width - rx, y + ry), (x + width - rx, y + height - ry))
-    inner += ((x + rx, y + height - ry), (x + rx, y + ry))
+    right, left, low, high = x + width - rx, x + rx, y + ry, y + height - ry
+    inner = ((right, low), (right, high), (left, high), (left, low))
     for quarter, center in enumerate(inner):
         t0 = 0.5 * math.pi * (quarter - 1)
         arc = EllipticArc(center, (rx, 0.0), (0.0, ry), t0, t0 + 0.5 * math.pi)
-        begin, end = ((float(px), float(py)) for px, py in arc.sample(np.array([arc.t0, arc.t1]))[0])
+        begin, end = (
+            (float(px), float(py)) for px, py in arc.sample(np.array([arc.t0, arc.t1]))[0]
+        )
         if math.dist(at, begin) > 1e-12 * (width + height):
             chain.append(Line(at, begin))
         chain.append(arc)
@@ -124,16 +128,65 @@ def _path(text: str) -> list[Chain]:
     data = re.sub(r"(?<=[0-9])\.(?![0-9])", ".0", data)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            segments = list(_drawn(parse_path(_without_points(data))))
-    except (ValueError, AssertionError, ArithmeticError, LookupError, TypeError) as error:
-        reason = " ".join(str(error).split())[:80] or "arc"
+            warnings.simplefilter("ignore")  # an arc of radius 0 becomes a line, as it should
+            segments = list(parse_path(data))
+    except AssertionError as error:
+        raise ValueError("with an arc that ends at its start|two arcs for an ellipse") from error
+    except (ValueError, ArithmeticError, LookupError, TypeError) as error:
+        reason = " ".join(str(error).split()).rstrip(".")[:80]
         raise ValueError(f"with broken path data ({reason})|valid path data") from error
+    return _chains(segments)
+
+
+def _chains(segments: list[Any]) -> list[Chain]:
+    """svgpathtools' segments, cut where the pen is lifted; those without a length are left out."""
     chains: list[Chain] = []
     at: complex | None = None
     for segment in segments:
         if at is None or segment.start != at:
             chains.append([])
-        chains[-1].append(_segment(segment))
         at = segment.end
-    return chains
+        points = segment.apoints()[:1] if isinstance(segment, Arc) else segment.bpoints()
+        if isinstance(segment, Arc) or any(point != points[0] for point in points):
+            chains[-1].append(_segment(segment))
+    return [chain for chain in chains if chain]
+
+
+def _segment(segment: Any) -> Segment:
+    if isinstance(segment, Arc):
+        return _arc(segment)
+    if isinstance(segment, SvgLine):
+        return Line(_point(segment.start), _point(segment.end))
+    return bezier(np.array([_point(point) for point in segment.bpoints()]))
+
+
+def _point(z: complex) -> Point:
+    return (float(z.real), float(z.imag))
+
+
+def _arc(arc: Any) -> Segment:
+    """Centre and angles from the end points, where the ellipse is the unit circle."""
+    rx, ry = float(arc.radius.real), float(arc.radius.imag)
+    turn = complex(math.cos(float(arc.phi)), math.sin(float(arc.phi)))
+
+    def to_circle(z: complex) -> complex:
+        turned = z / turn
+        return complex(turned.real / rx, turned.imag / ry)
+
+    start, end = to_circle(arc.start), to_circle(arc.end)
+    chord = end - start
+    if not arc.large_arc and abs(chord) ** 2 * max(rx, ry) < 8.0 * _FLATTEST_SAG:
+        return Line(_point(arc.start), _point(arc.end))
+    height = math.sqrt(max(1.0 - 0.25 * abs(chord) ** 2, 0.0))
+    # The centre of the shorter arc of growing angle is to the left of the chord.
+    side = height if arc.large_arc != arc.sweep else -height
+    center = 0.5 * (start + end) + 1j * side * chord / abs(chord)
+    first, last = (math.atan2((z - center).imag, (z - center).real) for z in (start, end))
+    sweep = (last - first if arc.sweep else first - last) % (2.0 * math.pi)
+    return EllipticArc(
+        _point(turn * complex(rx * center.real, ry * center.imag)),
+        _point(rx * turn),
+        _point(1j * ry * turn),
+        first,
+        first + sweep if arc.sweep else first - sweep,
+    )
