@@ -113,8 +113,8 @@ def design(v: Variant) -> CascadeDesign:
             f"{v.prefix}_follower", precision, v.points, max(v.horizon, 1), v.ramp, v.order,
             fast_period, limits,
             (
-                compensation(slow[0], FAST, fast_period, v.matching and v.order == 3),
-                compensation(slow[1], FAST, fast_period, v.matching and v.order == 3),
+                compensation(slow[0], FAST, fast_period, v.matching),
+                compensation(slow[1], FAST, fast_period, v.matching),
             ),
         ),
     )  # fmt: skip

@@ -31,8 +31,8 @@ class Record:
     complete: bool
 
     @property
-    def taken(self) -> int:
-        return sum(int(o["points_taken"]) for o in self.outputs)
+    def begun(self) -> int:
+        return sum(int(o["interval_points"]) for o in self.outputs)
 
 
 def run(
