@@ -1,0 +1,254 @@
+"""The emitted package: the same bytes every time, and C that any strict compiler takes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from core_designs import Variant, design, package, temporary_folder
+
+from servogen.controllers.cascade import declare_parts
+from servogen.emit.package import RUNTIME_FILES, CPackage, emit_package
+
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic"]
+WARNINGS += ["-Wmissing-prototypes", "-Wstrict-prototypes", "-Wundef", "-Wvla", "-Werror"]
+VARIANTS = {
+    "example": Variant(),
+    "float32": Variant(precision="float32", horizon=5),
+    "governor alone": Variant(horizon=0),
+    "governor alone, float32": Variant(horizon=0, precision="float32", order=4),
+    "N = 1": Variant(horizon=1, cap=1),
+    "N = 3, as printed": Variant(horizon=3, both_ends=False, ramp=0, inter=1),
+    "axes differ": Variant(horizon=3, differing=True, precision="float32"),
+    "fourth order": Variant(horizon=3, order=4),
+    "plain PQP": Variant(horizon=3, period=0),
+    "no extrapolation": Variant(horizon=3, period=2),
+    "M = 2": Variant(horizon=2, points=2, ramp=0),
+    "no matching": Variant(horizon=2, matching=False),
+}
+HAS_32_BIT = (
+    subprocess.run(
+        ["gcc", "-m32", "-ffreestanding", "-x", "c", "-c", "-", "-o", os.devnull],
+        input=b"#include <stdint.h>\nint32_t x;\n",
+        capture_output=True,
+        check=False,
+    ).returncode
+    == 0
+)
+
+
+def written(made: CPackage, name: str = "package") -> Path:
+    folder = temporary_folder(name)
+    for file, text in made.files.items():
+        (folder / file).write_text(text)
+    return folder
+
+
+def gcc(folder: Path, *arguments: str) -> None:
+    done = subprocess.run(
+        ["gcc", *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr[:3000]
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_every_package_passes_strict_compilation(name):
+    made = package(VARIANTS[name])
+    folder = written(made)
+    widths = ["-m64", "-m32"] if HAS_32_BIT else ["-m64"]
+    for width in widths:
+        freestanding = ["-ffreestanding"] if width == "-m32" else []
+        gcc(folder, "-std=c99", "-O0", width, *freestanding, *WARNINGS, "-fsyntax-only",
+            *made.sources)  # fmt: skip
+    gcc(folder, "-std=c99", "-O2", *WARNINGS, "-c", *made.sources)
+    gcc(folder, "-std=c11", *WARNINGS, "-fsyntax-only", *made.sources)
+
+
+def test_both_widths_are_tried_where_the_compiler_has_them():
+    if not HAS_32_BIT:
+        pytest.skip("gcc has no -m32 here")
+    made = package(VARIANTS["float32"])
+    gcc(written(made), "-std=c99", "-O2", "-m32", "-ffreestanding", *WARNINGS, "-c", *made.sources)
+
+
+@pytest.mark.parametrize("name", ["example", "governor alone", "axes differ"])
+def test_public_headers_serve_cpp(name):
+    made = package(VARIANTS[name])
+    folder = written(made)
+    text = "".join(f'#include "{d.prefix}.h"\n' for d in made.declarations)
+    top = made.declarations[-1].prefix
+    text += (
+        f"int main() {{ {top}_t self; {top}_init(&self); return sizeof({top}_step_in) == 0; }}\n"
+    )
+    (folder / "main.cpp").write_text(text)
+    gcc(folder, "-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-pedantic", "-Werror",
+        "-fsyntax-only", "main.cpp")  # fmt: skip
+    for d in made.declarations:  # each header stands alone, in C too
+        (folder / "alone.c").write_text(f'#include "{d.prefix}.h"\ntypedef {d.prefix}_t used;\n')
+        gcc(folder, "-std=c99", *WARNINGS, "-fsyntax-only", "alone.c")
+
+
+def undefined_symbols(folder: Path, sources: list[str], *flags: str) -> set[str]:
+    gcc(folder, "-std=c99", *flags, "-c", *sources)
+    objects = [source.replace(".c", ".o") for source in sources]
+    said = subprocess.run(
+        ["nm", "-g", *objects], cwd=folder, capture_output=True, text=True, check=True
+    ).stdout
+    rows = [line.split() for line in said.splitlines() if line and not line.endswith(":")]
+    defined = {row[-1] for row in rows if row[-2] in "TRDB"}
+    return {row[-1] for row in rows if row[-2] == "U"} - defined - {"_GLOBAL_OFFSET_TABLE_"}
+
+
+@pytest.mark.parametrize("name", ["example", "governor alone", "axes differ"])
+def test_nothing_from_libc_is_called(name):
+    """At -O2 and -O3 gcc turns the loops that fill and copy into memset, memcpy and memmove: what
+    C asks of a freestanding implementation too. With one flag it leaves them alone."""
+    made = package(VARIANTS[name])
+    folder = written(made)
+    assert undefined_symbols(folder, made.sources, "-O0") == set()
+    assert undefined_symbols(folder, made.sources, "-O1") == set()
+    optimised = undefined_symbols(folder, made.sources, "-O3")
+    assert optimised <= {"memset", "memcpy", "memmove"}
+    kept = undefined_symbols(folder, made.sources, "-O3", "-fno-tree-loop-distribute-patterns")
+    assert kept <= {"memcpy"}  # a struct that is copied whole
+
+
+@pytest.mark.parametrize("name", ["example", "axes differ"])
+def test_nothing_that_changes_is_global(name):
+    """All state is the caller's: data and bss of every object are empty, tables are constant."""
+    made = package(VARIANTS[name])
+    folder = written(made)
+    gcc(folder, "-std=c99", "-O1", "-c", *made.sources)
+    said = subprocess.run(
+        ["nm", *(s.replace(".c", ".o") for s in made.sources)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert not re.findall(r" [dDbBcC] \w+", said)
+    prefix = made.name
+    names = re.findall(r" [TR] (\w+)", said)
+    assert names
+    assert all(found.startswith(f"{prefix}_") for found in names)
+
+
+SCRIPT = """
+import sys, hashlib
+sys.path.insert(0, sys.argv[1])
+from core_designs import Variant, package
+made = package(Variant(horizon=3, differing=True))
+for name, text in made.files.items():
+    print(name, hashlib.sha256(text.encode()).hexdigest())
+"""
+
+
+def test_two_processes_with_other_hash_seeds_give_the_same_bytes(tmp_path):
+    found = []
+    for seed in ("1", "4242"):
+        done = subprocess.run(
+            [sys.executable, "-c", SCRIPT, str(Path(__file__).parents[1] / "sil")],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        found.append(done.stdout)
+    assert found[0] == found[1]
+    here = package(Variant(horizon=3, differing=True)).files
+    assert found[0].count("\n") == len(here) > 10
+    for name, text in here.items():
+        assert f"{name} {hashlib.sha256(text.encode()).hexdigest()}" in found[0]
+
+
+@pytest.mark.parametrize("name", ["example", "governor alone"])
+def test_no_file_tells_when_or_where_it_was_made(name):
+    for file, text in package(VARIANTS[name]).files.items():
+        assert str(Path.home()) not in text, file
+        assert str(Path(__file__).parents[2]) not in text, file
+        assert os.sep + "tmp" not in text, file
+        assert not re.search(r"20[2-9]\d-\d\d|\d\d:\d\d:\d\d", text), file
+        assert text.endswith("\n"), file
+        assert "\r" not in text, file
+        assert "\t" not in text, file
+        assert not [line for line in text.splitlines() if line != line.rstrip()], file
+
+
+def test_manifest_says_what_is_there():
+    made = package(VARIANTS["axes differ"])
+    manifest = json.loads(made.files["manifest.json"])
+    assert set(manifest["files"]) == set(made.files) - {"manifest.json"}
+    for file, digest in manifest["files"].items():
+        assert hashlib.sha256(made.files[file].encode()).hexdigest() == digest
+    assert manifest["design_hash"] == made.hash
+    assert manifest["precision"] == "float32"
+    assert set(RUNTIME_FILES) <= set(manifest["files"])
+    by_prefix = {c["prefix"]: c for c in manifest["controllers"]}
+    for d in made.declarations:
+        own = by_prefix[d.prefix]
+        assert own["dimensions"] == {dim.name: dim.value for dim in d.dimensions}
+        header = made.files[f"{d.prefix}.h"]
+        for entry in own["entry_points"]:
+            assert f" {entry['name']}(" in header
+            for port in entry["inputs"] + entry["outputs"]:
+                assert f" {port['name']}" in header
+        tables = made.files[f"{d.prefix}_tables.h"]
+        counts = {n: int(size) for n, size in re.findall(r"(\w+)\[(\d+)\] = \{", tables)}
+        assert own["table_bytes"] == 4 * sum(counts.values())
+    assert manifest["table_bytes"] == sum(c["table_bytes"] for c in by_prefix.values())
+
+
+def test_hash_names_the_design():
+    base = declare_parts(design(VARIANTS["example"]))
+    same = emit_package("core", declare_parts(design(Variant(prefix="core"))))
+    assert same.hash == package(VARIANTS["example"]).hash
+    nudged = replace(
+        base[0],
+        constants=(replace(base[0].constants[0], value=base[0].constants[0].value * (1 + 2e-16)),
+                   *base[0].constants[1:]),
+    )  # fmt: skip
+    assert emit_package("core", (nudged, *base[1:])).hash != same.hash
+    hashes = {package(v).hash for v in VARIANTS.values()}
+    assert len(hashes) == len(VARIANTS)
+
+
+def test_tables_in_the_c_are_the_tables_of_the_design():
+    made = package(VARIANTS["example"])
+    for d in made.declarations:
+        text = made.files[f"{d.prefix}_tables.h"]
+        for table in d.tables:
+            block = re.search(rf"{d.prefix}_{table.name}\[\d+\] = \{{(.*?)\}};", text, re.S)
+            values = [float(word) for word in block.group(1).replace("\n", " ").split(",")]
+            assert values == list(table.values.ravel())
+
+
+def test_cmake_subdirectory_builds_and_runs(tmp_path):
+    if shutil.which("cmake") is None:
+        pytest.skip("cmake is not installed; the CMake file is an optional target")
+    made = package(VARIANTS["governor alone"])
+    inner = tmp_path / "core"
+    inner.mkdir()
+    for file, text in made.files.items():
+        (inner / file).write_text(text)
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.10)\nproject(firmware C)\nadd_subdirectory(core)\n"
+        "add_executable(firmware main.c)\ntarget_link_libraries(firmware core)\n"
+    )
+    (tmp_path / "main.c").write_text(
+        '#include "core.h"\n'
+        "int main(void)\n{\n    static core_t self;\n    core_reset_in in = { 0.0, 0.0 };\n"
+        "    core_init(&self);\n    return core_reset(&self, &in) == SG_OK ? 0 : 1;\n}\n"
+    )
+    for command in (["cmake", "-S", ".", "-B", "build"], ["cmake", "--build", "build"]):
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    subprocess.run([str(tmp_path / "build" / "firmware")], check=True)
