@@ -129,7 +129,9 @@ class _Program:
         clockwise = self.motion == 2.0
         by_center = "I" in places or "J" in places
         if by_center == ("R" in places):
-            value = "an arc with both a radius and a centre" if by_center else "an arc with neither"
+            value = (
+                "an arc with a radius and a centre" if by_center else "an arc without its centre"
+            )
             self._refuse(block, value, "I and J, or R")
         try:
             if by_center:

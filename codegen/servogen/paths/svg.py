@@ -30,9 +30,9 @@ _NAMESPACE = "http://www.w3.org/2000/svg"
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _GROUPS = ("g", "a")
 # Elements that draw nothing where they stand.
-_SILENT = frozenset(
-    "defs title desc metadata style symbol clipPath mask marker linearGradient radialGradient "
-    "pattern filter script view cursor".split()
+_SILENT = (
+    *("defs", "title", "desc", "metadata", "style", "script", "view", "cursor", "symbol"),
+    *("clipPath", "mask", "marker", "pattern", "filter", "linearGradient", "radialGradient"),
 )
 _SHEET_FAULTS = re.compile(
     r"\b(transform|translate|rotate|scale|d)\s*:|\b(display\s*:\s*none|visibility\s*:\s*hidden)"

@@ -188,14 +188,15 @@ def _slowed(
     excess: FloatArray,
 ) -> FloatArray:
     """Lower the limit of the vertices around each sample that breaks the acceleration limit."""
-    slowed = vertex_limit.copy()
+    at = np.flatnonzero(excess)
     last = len(distance) - 1
-    for k in np.flatnonzero(excess).tolist():
-        low = np.searchsorted(vertex_at, distance[max(k - 1, 0)], side="left")
-        high = np.searchsorted(vertex_at, distance[min(k + 1, last)], side="right")
-        if low == high:  # no vertex within reach: slow the piece's two ends
-            low, high = low - 1, high + 1
-        around = slice(max(int(low), 0), int(high))
-        factor = 0.97 / min(float(excess[k]), 2.0)
-        slowed[around] = np.minimum(slowed[around], factor * speed[around])
+    low = np.searchsorted(vertex_at, distance[np.maximum(at - 1, 0)], side="left")
+    high = np.searchsorted(vertex_at, distance[np.minimum(at + 1, last)], side="right")
+    alone = low == high  # no vertex within reach: slow the piece's two ends
+    low, high = np.maximum(low - alone, 0), np.minimum(high + alone, len(vertex_at))
+    count = high - low
+    around = np.repeat(low - np.cumsum(count) + count, count) + np.arange(count.sum())
+    factor = np.repeat(0.97 / np.minimum(excess[at], 2.0), count)
+    slowed: FloatArray = vertex_limit.copy()
+    np.minimum.at(slowed, around, factor * speed[around])
     return slowed
