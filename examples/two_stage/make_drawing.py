@@ -76,9 +76,7 @@ class Pen:
     def polyline(self, points: list[Bulged], layer: str, closed: bool = True) -> None:
         self.go(points[0][:2])
         rows = [(*self.sheet((x, y)), round(bulge, 9)) for x, y, bulge in points]
-        self.space.add_lwpolyline(
-            rows, format="xyb", close=closed, dxfattribs={"layer": layer}
-        )
+        self.space.add_lwpolyline(rows, format="xyb", close=closed, dxfattribs={"layer": layer})
         self.at = rows[0][:2] if closed else rows[-1][:2]
 
     def ellipse(self, center: Point, half_length: float, ratio: float) -> None:
@@ -207,7 +205,8 @@ def bracket(pen: Pen) -> None:
     for x, y in ((-26.0, -24.0), (-26.0, 2.0), (-12.0, 2.0)):
         pen.circle((x, y), 3.0, "HOLES")
     pen.polyline(
-        [(-12.0, 28.0, 0.0), (-26.0, 28.0, 1.0), (-26.0, 34.0, 0.0), (-12.0, 34.0, 1.0)], "CONTOUR"
+        [(-12.0, 28.0, 0.0), (-26.0, 28.0, -1.0), (-26.0, 34.0, 0.0), (-12.0, 34.0, -1.0)],
+        "CONTOUR",
     )
     pen.polyline(
         [
