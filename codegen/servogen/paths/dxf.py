@@ -37,8 +37,8 @@ def read_dxf(file: Path, settings: PathSettings) -> list[Stroke]:
         InputError: the file is unreadable or corrupt, its unit is unknown, or it holds an entity
             that has no place in a flat tool path; entities are named by type and handle.
     """
-    document = _open(file)
-    scale = _metres_per_unit(document, file)
+    document, has_unit = _open(file)
+    scale = _metres_per_unit(document, file) if has_unit else _METRES_PER_UNIT[0]
     feeds = _layer_feeds(document, file, settings)
     strokes: list[Stroke] = []
     for entity, handle, layer in _flat_entities(document.modelspace(), file):
@@ -71,7 +71,8 @@ def _check_visible(document: Any, entity: Any, label: str, layer: str, file: Pat
         raise InputError(file, label, "invisible", "a visible entity or none")
 
 
-def _open(file: Path) -> Any:
+def _open(file: Path) -> tuple[Any, bool]:
+    """The document, and whether its file says a unit: ezdxf makes up one for a missing header."""
     try:
         text = file.read_bytes()
     except OSError as error:
@@ -79,7 +80,7 @@ def _open(file: Path) -> Any:
     if not text.strip():
         raise InputError(file, "drawing", "empty", "a DXF file")
     try:
-        return ezdxf.readfile(file)
+        return ezdxf.readfile(file), b"$INSUNITS" in text
     except Exception as error:  # a broken file can break the parser anywhere
         reason = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         raise InputError(file, "drawing", f"broken ({reason})", "a valid DXF file") from error

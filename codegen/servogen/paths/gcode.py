@@ -129,10 +129,8 @@ class _Program:
         clockwise = self.motion == 2.0
         by_center = "I" in places or "J" in places
         if by_center == ("R" in places):
-            value = (
-                "an arc with a radius and a centre" if by_center else "an arc without its centre"
-            )
-            self._refuse(block, value, "I and J, or R")
+            how = "with a centre and a radius" if by_center else "without centre and radius"
+            self._refuse(block, f"an arc {how}", "I and J, or R")
         try:
             if by_center:
                 offset = (places.get("I", 0.0), places.get("J", 0.0))
