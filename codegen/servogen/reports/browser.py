@@ -44,11 +44,14 @@ class Seen:
     faults: list[str]
 
 
-def look(report: Path, screenshot: Path | None = None, **view: Any) -> Seen:
+def look(
+    report: Path, screenshot: Path | None = None, patience_s: float = 60.0, **view: Any
+) -> Seen:
     """Open a report and judge what is drawn.
 
     Args:
         screenshot: a PNG of the whole page.
+        patience_s: how long drawing may take.
         view: ``width``, ``dark``, ``selector``, ``scale``: see ``photograph``.
 
     Raises:
@@ -57,7 +60,7 @@ def look(report: Path, screenshot: Path | None = None, **view: Any) -> Seen:
     with open_page() as page:
         _set_view(page, **view)
         page.send("Page.navigate", url=report.resolve().as_uri())
-        finished = page.wait_for("document.body && document.body.dataset.drawn")
+        finished = page.wait_for("document.body && document.body.dataset.drawn", patience_s)
         plots = page.evaluate(_LOOK)
         if screenshot is not None:
             screenshot.write_bytes(photograph(page, view.get("selector")))
@@ -119,6 +122,7 @@ def _set_view(
 
 def photograph(page: Page, selector: str | None = None) -> bytes:
     """PNG of the whole page, or of the first element that ``selector`` finds."""
+    page.evaluate("document.querySelectorAll('.modebar').forEach((bar) => bar.remove())")
     box = page.evaluate(
         f"(() => {{ const b = document.querySelector({(selector or 'html')!r})"
         ".getBoundingClientRect(); return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import select
 import shutil
-import subprocess
+import signal
 import tempfile
 import time
 from collections.abc import Iterator
@@ -86,9 +87,9 @@ class Page:
             raise BrowserError(f"the page threw: {answer['exceptionDetails'].get('text')}")
         return answer["result"].get("value")
 
-    def wait_for(self, expression: str) -> bool:
+    def wait_for(self, expression: str, patience_s: float) -> bool:
         """Whether the expression comes true before the time is up."""
-        end = time.monotonic() + self._timeout_s
+        end = time.monotonic() + patience_s
         while time.monotonic() < end:
             if self.evaluate(f"Boolean({expression})"):
                 return True
@@ -118,29 +119,45 @@ def open_page(timeout_s: float = 60.0) -> Iterator[Page]:
     """
     program = find_chromium()
     profile = tempfile.mkdtemp(prefix="servogen-browser-")
-    to_read, to_write = os.pipe()
-    from_read, from_write = os.pipe()
-    # The browser reads descriptor 3 and writes 4; sh moves ours there.
-    script = f'exec "$0" "$@" 3<&{to_read} 4>&{from_write}'
-    command = ["sh", "-c", script, program, *_FLAGS, f"--user-data-dir={profile}", "about:blank"]
-    process = subprocess.Popen(
-        command,
-        pass_fds=(to_read, from_write),
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    to_read, to_write = _high_pipe()
+    from_read, from_write = _high_pipe()
+    arguments = [program, *_FLAGS, f"--user-data-dir={profile}", "about:blank"]
+    # posix_spawn, since the browser wants its pipes as descriptors 3 and 4
+    actions: list[tuple[Any, ...]] = [
+        (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0),
+        (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0),
+        (os.POSIX_SPAWN_OPEN, 2, os.devnull, os.O_WRONLY, 0),
+        (os.POSIX_SPAWN_DUP2, to_read, 3),
+        (os.POSIX_SPAWN_DUP2, from_write, 4),
+    ]
+    process = os.posix_spawn(program, arguments, os.environ, file_actions=actions)
     os.close(to_read)
     os.close(from_write)
     try:
         yield Page(to_write, from_read, timeout_s)
+    except BrokenPipeError as error:
+        raise BrowserError("Chromium ended before it was asked anything") from error
     finally:
         os.close(to_write)
         os.close(from_read)
-        process.terminate()
-        try:
-            process.wait(10)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        _end(process)
         shutil.rmtree(profile, ignore_errors=True)
+
+
+def _high_pipe() -> tuple[int, int]:
+    """A pipe whose descriptors are not among those that the browser is given."""
+    low = os.pipe()
+    high = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10) for end in low]
+    for end in low:
+        os.close(end)
+    return high[0], high[1]
+
+
+def _end(process: int) -> None:
+    """Ask it to end, make it end after ten seconds."""
+    os.kill(process, signal.SIGTERM)
+    end = time.monotonic() + 10.0
+    while os.waitpid(process, os.WNOHANG)[0] == 0:
+        if time.monotonic() > end:
+            os.kill(process, signal.SIGKILL)
+        time.sleep(0.02)

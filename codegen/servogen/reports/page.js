@@ -66,6 +66,10 @@
 
   const drawn = Object.entries(plots).map(([id, plot]) => {
     const div = document.getElementById(id);
+    if (plot.square) {
+      plot.layout.height = Math.min(plot.layout.height, div.clientWidth + 110);
+      div.style.height = plot.layout.height + "px";
+    }
     return Plotly.newPlot(div, plot.data, nested(themed(plot.layout), plot.layout), config)
       .then(() => {
         if (!plot.linked) return;

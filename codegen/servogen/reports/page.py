@@ -117,6 +117,7 @@ def _plots(figures: list[Figure]) -> str:
             "data": figure.traces,
             "layout": {**figure.layout, "height": figure.height},
             "linked": figure.linked,
+            "square": figure.square,
         }
         for figure in figures
     }

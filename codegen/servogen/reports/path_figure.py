@@ -66,6 +66,7 @@ def path_figure(data: ReportData) -> Figure:
     shape["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
     shape["xaxis"] |= {"constrain": "domain"}
     shape["hovermode"] = "closest"
+    shape["margin"] = {**shape["margin"], "b": 120}
     return Figure(
         "path",
         "Path and slow stage",
@@ -74,15 +75,17 @@ def path_figure(data: ReportData) -> Figure:
         "the darker the more.",
         traces,
         shape,
-        height=720,
-        max_width="880px",
+        height=840,
+        max_width="780px",
+        square=True,
     )
 
 
 def _curve(name: str, points: FloatArray, tolerance: float, colour: str, width: float) -> Trace:
     kept = points[simplify(points, tolerance)]
     hover = "x %{x:.4f} m, y %{y:.4f} m"
-    return line(name, kept[:, 0], kept[:, 1], colour, width, hovertemplate=hover)
+    exact = {"simplify": False}  # else plotly makes polygons of small circles
+    return line(name, kept[:, 0], kept[:, 1], colour, width, hovertemplate=hover, line=exact)
 
 
 def _slowed(run: Run) -> Trace:
@@ -103,8 +106,14 @@ def _slowed(run: Run) -> Trace:
             "cmax": 1,
             "showscale": True,
             "colorbar": {
-                "title": {"text": "feed ratio η/M [1]", "side": "right"},
-                "thickness": 12,
+                "title": {"text": "feed ratio η/M [1]", "side": "bottom"},
+                "orientation": "h",
+                "thickness": 10,
+                "len": 0.6,
+                "x": 0.5,
+                "yref": "container",
+                "y": 0.01,
+                "yanchor": "bottom",
                 "outlinewidth": 0,
             },
         },

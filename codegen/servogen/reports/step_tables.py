@@ -97,7 +97,9 @@ def wcet_parts(data: ReportData) -> list[Part]:
         parts.append(_budgets(budgets, found.get("share")))
     entries = _named(found.get("entry_points"))
     if entries:
-        parts += [_counts(entries, False), _counts(entries, True)]
+        # those that run periodically for every reader, the others for who asks
+        periodic = {name: count for name, count in entries.items() if name in budgets}
+        parts += [_counts(periodic or entries, False), _counts(entries, True)]
     tables = found.get("table_bytes")
     if isinstance(tables, Mapping) and tables:
         parts.append(_bytes("Constant tables", tables))
@@ -144,7 +146,7 @@ def _counts(entries: Mapping[str, Json], everything: bool) -> Table:
             rows.append(_count_row(entry, times, part, classes))
         if count.get("per_iteration"):
             rows.append(_count_row(entry, "worst case", count.get("total"), classes))
-    title = "All classes of operations" if everything else "Worst-case operations"
+    title = "All entry points, all classes of operations" if everything else "Worst-case operations"
     note = "" if everything else "Of the scalar type; integer work is counted too, see below."
     columns = ("entry point", "part", *(label(name) for name in classes))
     return Table(title, columns, tuple(rows), note, folded=everything)

@@ -31,7 +31,8 @@ Layout = dict[str, Any]
 
 @dataclass(frozen=True)
 class Figure:
-    """One plot: ``name`` makes its id; ``linked``: shares the time axis with the others."""
+    """One plot: ``name`` makes its id; ``linked``: shares the time axis with the others;
+    ``square``: is no higher than a narrow screen is wide, but for its legends."""
 
     name: str
     title: str
@@ -41,6 +42,7 @@ class Figure:
     linked: bool = False
     height: int = 380
     max_width: str = "none"
+    square: bool = False
 
 
 def plain(values: FloatArray | Sequence[float], digits: int = SIGNIFICANT) -> list[float | None]:

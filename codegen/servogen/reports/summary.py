@@ -90,7 +90,7 @@ def key_figures(data: ReportData, digest: str) -> list[KeyFigure]:
             f"of {number(2 * row.periods)} axis steps",
         ),
         _cycles(data),
-        KeyFigure("Design", digest[:12], f"{data.design.governor.precision.name}, sha-256"),
+        KeyFigure("Design", digest[:8], f"{data.design.governor.precision.name}, sha-256"),
     ]
     return tiles
 
