@@ -24,6 +24,9 @@ from servogen.sets.polyhedron import pair_is_redundant
 # 2^40 terms: a stable stage has long settled, and the power of A is zero to the last bit.
 LYAPUNOV_DOUBLINGS = 40
 
+# A Lyapunov solution leaves a residual of rounding size relative to P; this is far above it.
+LYAPUNOV_TOLERANCE = 1e-9
+
 
 @dataclass(frozen=True)
 class TrackingWeights:
@@ -134,6 +137,11 @@ def condense(
     on_command, on_state = prediction(plant, horizon)
     q, r = stage_cost(plant.order, weights, limits)
     p = terminal_cost(plant, q, weights.terminal_factor)
+    excess = lyapunov_excess(plant, q, p)
+    if excess > LYAPUNOV_TOLERANCE:
+        raise ArithmeticError(
+            f"(17) fails: A'PA - P + Q has an eigenvalue {excess:.3g} |P| above 0"
+        )
     hessian, gradient_state, gradient_reference = _cost(on_command, on_state, q, r, p)
     stage_z, stage_x, per_step = _stage_rows(
         slow, sample_time_s, horizon, limits, inter_sample_rows, on_command, on_state

@@ -27,14 +27,17 @@ class StudyResult:
         )
 
     def lines(self) -> list[str]:
-        lines = ["study     T/ideal (paper)   max a        mean a       mean v cm/s  work J/kg"]
+        lines = [
+            "study     T/ideal (paper)   max a        mean a       mean v cm/s  work J/kg     backups"
+        ]
         for row in self.rows:
             p = row.performance
             lines.append(
                 f"  {row.name:9s} {p.ratio:.4f} ({PAPER[row.name][0] / PAPER_IDEAL_S:.3f})  "
                 f"{_two(p.max_acceleration, 1)}  {_two(p.mean_acceleration, 2)}  "
                 f"{_two((100 * p.mean_velocity[0], 100 * p.mean_velocity[1]), 1)}  "
-                f"{_two(p.work, 1)}{'' if row.passed else '  FAILED'}"
+                f"{_two(p.work, 1)}  {row.backups:4d} of {2 * row.periods}"
+                f"{'' if row.passed else '  FAILED'}"
             )
         return lines
 
