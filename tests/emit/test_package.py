@@ -32,6 +32,7 @@ VARIANTS = {
     "plain PQP": Variant(horizon=3, period=0),
     "no extrapolation": Variant(horizon=3, period=2),
     "M = 2": Variant(horizon=2, points=2, ramp=0),
+    "no terminal rows": Variant(horizon=2, bandwidth=200.0),
     "no matching": Variant(horizon=2, matching=False),
 }
 HAS_32_BIT = (

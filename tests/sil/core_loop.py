@@ -45,7 +45,7 @@ def run(
 ) -> Record:
     """Until FINISHED or ``periods``; ``disturb`` changes what is measured in period k."""
     made = design(v)
-    bandwidths = (45.0, 38.0 if v.differing else 45.0)
+    bandwidths = (v.bandwidth, 38.0 if v.differing else v.bandwidth)
     plants = [discretise(slow_stage(v.order, w), 0.03) for w in bandwidths]
     names = [p.name for p in cascade.declaration.operation("step").inputs[: 2 * v.order]]
     state = np.zeros((2, v.order))
