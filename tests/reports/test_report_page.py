@@ -151,8 +151,10 @@ def test_all_passed_only_if_all_passed(full: ReportData, page: str) -> None:
         replace(full, build={**(full.build or {}), "design_hash": "of something else"}),
         replace(full, row=replace(full.row, complete=False)),
         replace(full, row=replace(full.row, contour_error_m=float("nan"))),
+        replace(full, row=replace(full.row, contour_error_m=1.01 * full.contour_limit_m)),
         replace(full, row=replace(full.row, statuses={"OK": 1, "BACKUP": full.row.periods})),
         replace(full, study=[replace(full.row, complete=False)]),
+        replace(full, study=[replace(full.row, statuses={"BACKUP": full.row.periods})]),
     ]
     broken = replace(full.row.bounds[0], worst=full.row.bounds[0].limit * 1.001)
     worse.append(replace(full, row=replace(full.row, bounds=(broken, *full.row.bounds[1:]))))

@@ -114,7 +114,11 @@ def _study(data: ReportData) -> Check:
     name = "Study of controllers"
     if data.study is None:
         return Check(name, None, "not run", f"servogen study {data.toml}")
-    failed = [row.name for row in data.study if not row.passed]
+    failed = [
+        row.name
+        for row in data.study
+        if not row.passed or row.backups > data.backup_share_limit * 2 * row.periods
+    ]
     told = f"failed: {', '.join(failed)}" if failed else f"{len(data.study)} controllers"
     return Check(name, bool(data.study) and not failed, told)
 
