@@ -28,7 +28,8 @@ class StudyResult:
 
     def lines(self) -> list[str]:
         lines = [
-            "study     T/ideal (paper)   max a        mean a       mean v cm/s  work J/kg     backups"
+            "study     T/ideal (paper)   max a        mean a       mean v cm/s  work J/kg   "
+            "  backups"
         ]
         for row in self.rows:
             p = row.performance
