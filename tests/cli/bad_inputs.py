@@ -57,6 +57,11 @@ def drawing(name: str, content: str | bytes) -> Change:
     return change
 
 
+def svg(body: str) -> str:
+    """A drawing of these elements, a pixel to the unit."""
+    return f'<svg xmlns="http://www.w3.org/2000/svg">{body}</svg>'
+
+
 def both(*changes: Change) -> Change:
     """One after the other."""
 
@@ -386,6 +391,98 @@ PATHS = (
         drawing("a.dxf", dxf("TEXT 8 0 10 0.0 20 0.0 40 2.5 1 hello")),
         ("TEXT", "not supported"),
         "a.dxf",
+    ),
+    Bad("drawing cut off", drawing("a.dxf", dxf(line(0, 0, 1, 1))[:-12]), ("broken",), "a.dxf"),
+    Bad(
+        "line without an end",
+        drawing("a.dxf", dxf("LINE 8 0 10 1.0 20 1.0")),
+        ("LINE #", "without its end", "a complete LINE"),
+        "a.dxf",
+    ),
+    Bad(
+        "drawing in an unknown unit",
+        drawing("a.dxf", dxf(line(0, 0, 1, 1)).replace("70\n4", "70\n3")),
+        ("$INSUNITS is 3", "4 (mm)"),
+        "a.dxf",
+    ),
+    Bad(
+        "drawing a thousand times too large",
+        drawing("a.dxf", dxf(line(0, 0, 2e6, 0))),
+        ("LINE #", "2000 m from the origin", "1000 m"),
+        "a.dxf",
+    ),
+    Bad("binary drawing", drawing("a.dxf", bytes(range(256))), ("broken",), "a.dxf"),
+    Bad("SVG cut off", drawing("a.svg", svg('<line x2="9"/>')[:-4]), ("line 1", "broken"), "a.svg"),
+    Bad("SVG without shapes", drawing("a.svg", svg("<g/>")), ("drawing", "at least"), "a.svg"),
+    Bad(
+        "SVG with writing in it",
+        drawing("a.svg", svg('<text id="t9">part 7</text>')),
+        ("text #t9", "not supported", "one of path"),
+        "a.svg",
+    ),
+    Bad(
+        "SVG in lengths of no size",
+        drawing("a.svg", svg('<circle r="2em"/>')),
+        ("circle 1", 'r="2em"', "a length"),
+        "a.svg",
+    ),
+    Bad(
+        "SVG with broken path data",
+        drawing("a.svg", svg('<path d="M 0 0 L 5"/>')),
+        ("path 1", "broken path data"),
+        "a.svg",
+    ),
+    Bad(
+        "SVG with a hidden shape",
+        drawing("a.svg", svg('<line x2="9" style="display:none"/>')),
+        ("line 1", "hidden", "a visible element"),
+        "a.svg",
+    ),
+    Bad(
+        "G-code word that no plane path has",
+        drawing("a.nc", "G21\nG0 X1\nG1 Z-5 F100\n"),
+        ("line 3 is Z-5", "words of a plane path"),
+        "a.nc",
+    ),
+    Bad(
+        "G-code that is not supported",
+        drawing("a.gcode", "G1 X1\nG41\n"),
+        ("line 2 is G41", "one of G0 G1"),
+        "a.gcode",
+    ),
+    Bad(
+        "G-code arc of two radii",
+        drawing("a.ngc", "G2 X10 I4 J0\n"),
+        ("line 1", "4 mm at its start", "6 mm at its end"),
+        "a.ngc",
+    ),
+    Bad(
+        "G-code arc too small",
+        drawing("a.nc", "G3 X10 R4\n"),
+        ("line 1", "radius 4 mm", "at least 5 mm"),
+        "a.nc",
+    ),
+    Bad("G-code that is a letter", drawing("a.nc", "Dear sirs,\n"), ("line 1", "DEARSIRS"), "a.nc"),
+    Bad("CSV with NaN", drawing("a.csv", "0,0\n0.1,nan\n"), ("line 2: y_m", '"nan"'), "a.csv"),
+    Bad(
+        "CSV with a ragged row",
+        drawing("a.csv", "x_m,y_m\n0,0\n0.1\n"),
+        ("line 3", "1 column", "expected 2"),
+        "a.csv",
+    ),
+    Bad(
+        "CSV in millimetres",
+        drawing("a.csv", "x_mm,y_mm\n0,0\n10,0\n"),
+        ("line 1", "x_mm,y_mm", "x_m,y_m"),
+        "a.csv",
+    ),
+    Bad(
+        "feeds of layers in a file without layers",
+        both(
+            drawing("a.csv", "0,0\n0.1,0\n"),
+            edit("[output]", "[path.layer_feeds_m_per_s]\nCUT = 0.1\n[output]"),
+        ),
+        ("path.layer_feeds_m_per_s.CUT", "no layers"),
     ),
     Bad(
         "layer that the drawing lacks",

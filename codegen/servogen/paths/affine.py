@@ -10,9 +10,11 @@ from servogen.paths.curves import EllipticArc, FloatArray, Line, Nurbs, Segment
 def transformed(segment: Segment, matrix: FloatArray) -> Segment:
     """The image of a segment under a (3, 3) matrix in homogeneous coordinates."""
 
+    (a, c, e), (b, d, f) = matrix[:2].tolist()
+
     def vector(xy: tuple[float, float], shift: float = 1.0) -> tuple[float, float]:
-        x, y = (float(value) for value in (matrix @ np.array([*xy, shift]))[:2])
-        return (x, y)
+        x, y = xy
+        return (a * x + c * y + shift * e, b * x + d * y + shift * f)
 
     match segment:
         case Line():
@@ -21,6 +23,6 @@ def transformed(segment: Segment, matrix: FloatArray) -> Segment:
             center, major = vector(segment.center), vector(segment.major, 0.0)
             return EllipticArc(center, major, vector(segment.minor, 0.0), segment.t0, segment.t1)
         case Nurbs():
-            control = segment.control @ matrix[:2, :2].T + matrix[:2, 2]
-            return Nurbs(control, segment.weights, segment.knots, segment.degree)
+            control = [vector((x, y)) for x, y in segment.control.tolist()]
+            return Nurbs(np.array(control), segment.weights, segment.knots, segment.degree)
     raise TypeError(f"no rule for {type(segment).__name__}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import ezdxf
 
 from servogen.errors import InputError
 from servogen.paths.curves import Stroke
-from servogen.paths.dxf_entities import entity_segments
+from servogen.paths.dxf_entities import check_supported, entity_segments
 from servogen.paths.settings import PathSettings
 
 # $INSUNITS codes; 0 (unitless, or no header) is taken as millimetres.
@@ -39,25 +40,33 @@ def read_dxf(file: Path, settings: PathSettings) -> list[Stroke]:
     """
     document, has_unit = _open(file)
     scale = _metres_per_unit(document, file) if has_unit else _METRES_PER_UNIT[0]
-    feeds = _layer_feeds(document, file, settings)
     strokes: list[Stroke] = []
-    for entity, handle, layer in _flat_entities(document.modelspace(), file):
-        label = f"{entity.dxftype()} #{handle}"
-        _check_visible(document, entity, label, layer, file)
-        try:
-            segments = entity_segments(entity, scale, label, file)
-        except (
-            ezdxf.DXFError,
-            ValueError,
-            ArithmeticError,
-            AttributeError,
-            IndexError,
-        ) as error:
-            raise InputError(
-                file, label, f"broken ({error})", f"a valid {entity.dxftype()}"
-            ) from error
-        strokes.append(Stroke(label, tuple(segments), feeds.get(layer.lower())))
+    with _broken(file, "drawing", "a valid DXF file"):
+        feeds = _layer_feeds(document, file, settings)
+        for entity, handle, layer in _flat_entities(document.modelspace(), file):
+            label = f"{entity.dxftype()} #{handle}"
+            _check_visible(document, entity, label, layer, file)
+            with _broken(file, label, f"a valid {entity.dxftype()}"):
+                segments = entity_segments(entity, scale, label, file)
+            strokes.append(Stroke(label, tuple(segments), feeds.get(layer.lower())))
     return strokes
+
+
+@contextmanager
+def _broken(file: Path, key: str, expected: str) -> Iterator[None]:
+    """What ezdxf and the mathematics say of nonsense, as an error of the input."""
+    try:
+        yield
+    except (
+        ezdxf.DXFError,
+        ValueError,
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        TypeError,
+    ) as error:
+        reason = " ".join(str(error).split()).rstrip(".")[:100] or type(error).__name__
+        raise InputError(file, key, f"broken ({reason})", expected) from error
 
 
 def _check_visible(document: Any, entity: Any, label: str, layer: str, file: Path) -> None:
@@ -110,6 +119,7 @@ def _flat_entities(
     """Entities with handle and layer; a block's layer "0" is the layer of its INSERT."""
     for entity in entities:
         own_handle = handle or entity.dxf.handle
+        check_supported(entity, f"{entity.dxftype()} #{own_handle}", file)
         own_layer = layer if handle and entity.dxf.layer == "0" else entity.dxf.layer
         if entity.dxftype() != "INSERT":
             yield entity, own_handle, own_layer

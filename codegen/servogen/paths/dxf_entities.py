@@ -30,16 +30,20 @@ _FLATTEST_SAG_M = 1e-9
 _SPLINE_FRAME = 16  # flag of a vertex that only controls the curve a POLYLINE was fitted to
 
 
+def check_supported(entity: Any, label: str, file: Path) -> None:
+    """Raises InputError for an entity that has no place on a tool path."""
+    if entity.dxftype() not in (*_REQUIRED, "INSERT"):
+        raise InputError(file, label, "not supported", _SUPPORTED)
+
+
 def entity_segments(entity: Any, scale: float, label: str, file: Path) -> list[Segment]:
     """Segments of an entity whose coordinates are ``scale`` metres each.
 
     Raises:
-        InputError: the entity is not supported, incomplete, not flat or without length.
-        ezdxf.DXFError, ValueError, ArithmeticError, AttributeError, IndexError: it is broken.
+        InputError: the entity is incomplete, not flat or without length.
+        ezdxf.DXFError, ValueError, ArithmeticError, AttributeError, LookupError: it is broken.
     """
     kind = entity.dxftype()
-    if kind not in _REQUIRED:
-        raise InputError(file, label, "not supported", _SUPPORTED)
     for name in _REQUIRED[kind]:
         if not entity.dxf.hasattr(name):
             raise InputError(
