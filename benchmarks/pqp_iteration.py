@@ -1,8 +1,8 @@
 """Instructions of one PQP iteration: pairing and low rank against the dense form of (20).
 
-Both are compiled with the same flags and counted by valgrind's callgrind, which counts and does not
-time. The dense form holds Q_d+ and Q_d- of all one-sided rows and multiplies both with the duals, as
-(20) is printed. Data: the MPC of the bundled example.
+Both are compiled with the same flags and counted by valgrind's callgrind, which counts and does
+not time. The dense form holds Q_d+ and Q_d- of all one-sided rows and multiplies both with the
+duals, as (20) is printed. Data: the MPC of the bundled example.
 
     python benchmarks/pqp_iteration.py [float64|float32]
 """

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servogen.controllers.design import Status
-from servogen.controllers.fast_stage import FastStage, compensation
+from servogen.controllers.fast_design import compensation
+from servogen.controllers.fast_stage import FastStage
 from servogen.plants.errors import PlantError
 from servogen.plants.statespace import StateSpace, discretise
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from core_designs import Variant, design, package, temporary_folder
 
-from servogen.controllers.cascade import declare_parts
+from servogen.controllers.cascade_design import declare_parts
 from servogen.emit.package import RUNTIME_FILES, CPackage, emit_package
 
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic"]

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from servogen.controllers.cascade import Cascade, declare_parts
+from servogen.controllers.cascade import Cascade
+from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.project import load_project
 from servogen.project.physics import check_project

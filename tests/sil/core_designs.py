@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from servogen.controllers.cascade import CascadeDesign, declare_parts
-from servogen.controllers.fast_stage import FastDesign, compensation
-from servogen.controllers.governor import GovernorDesign, axis_section
-from servogen.controllers.tracking_mpc import MpcDesign, SolverSettings, design_mpc
+from servogen.controllers.cascade_design import CascadeDesign, declare_parts
+from servogen.controllers.fast_design import FastDesign, compensation
+from servogen.controllers.governor_design import GovernorDesign, axis_section
+from servogen.controllers.mpc_design import MpcDesign, SolverSettings, design_mpc
 from servogen.emit.package import CPackage, emit_package
 from servogen.plants.motion import to_motion_states
 from servogen.plants.servo import servo

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from servogen import __version__
 from servogen.controllers.design import Declaration, Operation, Port, design_hash
-from servogen.controllers.governor import AXES
+from servogen.controllers.governor_design import AXES
 from servogen.emit.environment import make_environment
 from servogen.emit.manifest import manifest_text
 from servogen.resources import resource_dir

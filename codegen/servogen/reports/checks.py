@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from servogen.controllers.cascade import declare_parts
+from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.reports.data import ReportData
 from servogen.reports.numbers import count, fixed, number, percent

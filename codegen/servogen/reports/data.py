@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from servogen.controllers.cascade import CascadeDesign
+from servogen.controllers.cascade_design import CascadeDesign
 from servogen.precision import FloatArray
 from servogen.systems.closed_loop import Run
 from servogen.systems.study import StudyRow

@@ -10,7 +10,7 @@ import jinja2
 from markupsafe import Markup
 
 from servogen import __version__
-from servogen.controllers.cascade import declare_parts
+from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.reports.checks import all_checks, verdict
 from servogen.reports.data import ReportData

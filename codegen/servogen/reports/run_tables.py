@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from servogen.controllers.cascade import declare_parts
+from servogen.controllers.cascade_design import declare_parts
 from servogen.reports.data import ReportData
 from servogen.reports.numbers import NOTHING, fixed, number, percent
 from servogen.reports.tables import (

@@ -11,11 +11,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from servogen.controllers.cascade import Cascade, CascadeDesign
+from servogen.controllers.cascade import Cascade
+from servogen.controllers.cascade_design import CascadeDesign
 from servogen.controllers.design import Status, Value
-from servogen.controllers.fast_stage import FastDesign, FastStage
-from servogen.controllers.governor import AXES, GovernorDesign
-from servogen.controllers.tracking_mpc import POSITION_FACTOR, MpcDesign
+from servogen.controllers.fast_design import FastDesign
+from servogen.controllers.fast_stage import FastStage
+from servogen.controllers.governor_design import AXES, GovernorDesign
+from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign
 from servogen.precision import FloatArray
 from servogen.sets.constraints import AxisLimits
 from servogen.sil.edges import random_inputs
@@ -100,6 +102,21 @@ def _on_facet(design: GovernorDesign, axis: int, last: float, state: FloatArray)
     return moved
 
 
+def _at_reach(
+    design: GovernorDesign, axis: int, rng: np.random.Generator, point: float, state: FloatArray
+) -> float:
+    """Position from which ``point`` is the fast range away, a thousandth more or less, at the
+    start of the interval or, for the point as its reference, at its end."""
+    section = design.sections[axis]
+    away = design.limits[axis].fast_range_m * float(rng.choice([-1.0, 1.0]))
+    away *= float(rng.choice([1.0 - 1e-3, 1.0 + 1e-3]))
+    if rng.random() < 0.5:
+        return point - away
+    slope = section.ahead_reference
+    moved = float(section.ahead @ state[1:])
+    return (point - away - moved - slope * point) / (1.0 - slope)
+
+
 def _governor_calls(design: GovernorDesign, rng: np.random.Generator, count: int) -> Iterator[Call]:
     names = _names(design.order)
     for _ in range(count):
@@ -110,8 +127,13 @@ def _governor_calls(design: GovernorDesign, rng: np.random.Generator, count: int
         for i, axis in enumerate(AXES):
             last = float(path[0, i])
             state = random_state(rng, design.order, design.limits[i], last)
-            if rng.random() < 0.3:
+            kind = rng.random()
+            if kind < 0.25:
                 state = _on_facet(design, i, last, state)
+            elif kind < 0.6:
+                state[1:] *= float(rng.choice([0.0, 0.1, 0.3]))
+                at = path[int(rng.integers(1, len(path))), i]
+                state[0] = _at_reach(design, i, rng, float(at), state)
             inputs |= _state_inputs(f"{axis}_", names, state)
             inputs |= {f"last_{axis}": last, f"points_{axis}": path[1:, i].copy()}
         inputs["n_points"] = _points_count(rng, design.points)

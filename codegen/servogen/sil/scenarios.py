@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from servogen.controllers.cascade import Cascade, CascadeDesign
+from servogen.controllers.cascade import Cascade
+from servogen.controllers.cascade_design import CascadeDesign
 from servogen.controllers.design import Reference
 from servogen.controllers.fast_stage import FastStage
 from servogen.controllers.governor import Governor
-from servogen.controllers.tracking_mpc import MpcDesign, TrackingMpc
+from servogen.controllers.mpc_design import MpcDesign
+from servogen.controllers.tracking_mpc import TrackingMpc
 from servogen.sil.edges import edge_calls
 from servogen.sil.harness import Call
 from servogen.sil.random_calls import Design, random_calls

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from servogen.progress import Progress
-from servogen.steps.prepare import Prepared
+from servogen.sil.build import built
+from servogen.sil.compiled import CompiledController
+from servogen.steps.prepare import Prepared, package_of
 from servogen.steps.simulate import BACKUP_SHARE, row_json
-from servogen.systems.closed_loop import Run
+from servogen.systems.closed_loop import Run, run_closed_loop
 from servogen.systems.study import PAPER, PAPER_IDEAL_S, StudyRow, run_study
+from servogen.systems.two_stage import Machine, Tuning, design_cascade
 
 SCHEMA = "servogen.study/1"
+PREFIX = "study"
 
 
 @dataclass(frozen=True)
@@ -73,5 +77,12 @@ def _paper(name: str) -> dict[str, object]:
 
 def compare(prepared: Prepared, progress: Progress) -> StudyResult:
     """Run all rows with their compiled C."""
-    rows, runs = run_study(prepared.machine, progress)
+    rows, runs = run_study(prepared.machine, progress, run_compiled)
     return StudyResult(rows, runs)
+
+
+def run_compiled(machine: Machine, tuning: Tuning) -> Run:
+    """Design, emit, compile and run one controller around the plant."""
+    package = package_of(design_cascade(machine, tuning, PREFIX))
+    with built(package) as module:
+        return run_closed_loop(machine, CompiledController(module, package.declarations[-1]))

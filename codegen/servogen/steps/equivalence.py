@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from servogen.controllers.cascade import Cascade, CascadeDesign, declare_parts
+from servogen.controllers.cascade import Cascade
+from servogen.controllers.cascade_design import CascadeDesign, declare_parts
 from servogen.errors import CheckFailed
 from servogen.precision import FLOAT32, FLOAT64, Precision
 from servogen.progress import Progress

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from servogen.controllers.cascade import CascadeDesign, declare_parts
+from servogen.controllers.cascade_design import CascadeDesign, declare_parts
 from servogen.emit.package import CPackage, emit_package
 from servogen.errors import CheckFailed
 from servogen.precision import Precision

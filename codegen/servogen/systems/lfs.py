@@ -12,8 +12,9 @@ from collections.abc import Callable
 import numpy as np
 
 from servogen.controllers.design import Declaration, Status, Value
-from servogen.controllers.fast_stage import FastDesign, FastStage
-from servogen.controllers.governor import AXES
+from servogen.controllers.fast_design import FastDesign
+from servogen.controllers.fast_stage import FastStage
+from servogen.controllers.governor_design import AXES
 from servogen.plants.statespace import discretise
 from servogen.precision import FloatArray
 from servogen.systems.closed_loop import Run, run_closed_loop

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from servogen.controllers.cascade import declare_parts
-from servogen.emit.package import emit_package
+from servogen.controllers.cascade_design import declare_parts
 from servogen.progress import Progress
 from servogen.qp.condense import TrackingWeights
-from servogen.sil.build import built
-from servogen.sil.compiled import CompiledController
-from servogen.systems.closed_loop import Run, run_closed_loop
+from servogen.systems.closed_loop import Run
 from servogen.systems.lfs import run_lfs
 from servogen.systems.metrics import (
     Bound,
@@ -98,16 +96,14 @@ def study_tunings(machine: Machine) -> dict[str, Tuning]:
     return tunings
 
 
-def run_compiled(machine: Machine, tuning: Tuning, prefix: str = "study") -> Run:
-    """Design, emit, compile and run one controller around the plant."""
-    design = design_cascade(machine, tuning, prefix)
-    package = emit_package(prefix, declare_parts(design))
-    with built(package) as module:
-        return run_closed_loop(machine, CompiledController(module, package.declarations[-1]))
+def run_study(
+    machine: Machine, progress: Progress, run_governed: Callable[[Machine, Tuning], Run]
+) -> tuple[list[StudyRow], dict[str, Run]]:
+    """All rows, in the order of their completion times in the paper.
 
-
-def run_study(machine: Machine, progress: Progress) -> tuple[list[StudyRow], dict[str, Run]]:
-    """All rows, in the order of their completion times in the paper."""
+    Args:
+        run_governed: runs one design around the plant; whether with the C inside is its affair.
+    """
     tunings = study_tunings(machine)
     rows: list[StudyRow] = []
     runs: dict[str, Run] = {}
@@ -118,7 +114,7 @@ def run_study(machine: Machine, progress: Progress) -> tuple[list[StudyRow], dic
                 design = design_cascade(machine, tunings["SPRG"], "study")
                 runs[name] = run_lfs(machine, design.fast, declare_parts(design)[-1])
             else:
-                runs[name] = run_compiled(machine, tunings[name])
+                runs[name] = run_governed(machine, tunings[name])
             rows.append(judge(name, runs[name], enforced=name != "LFS"))
             task.advance()
     return rows, runs

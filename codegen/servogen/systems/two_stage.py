@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from servogen.controllers.cascade import CascadeDesign
-from servogen.controllers.fast_stage import FastDesign, compensation
-from servogen.controllers.governor import GovernorDesign, axis_section
-from servogen.controllers.tracking_mpc import MpcDesign, SolverSettings, design_mpc
+from servogen.controllers.cascade_design import CascadeDesign
+from servogen.controllers.fast_design import FastDesign, compensation
+from servogen.controllers.governor_design import GovernorDesign, axis_section
+from servogen.controllers.mpc_design import MpcDesign, SolverSettings, design_mpc
 from servogen.paths.timing import TimedPath
 from servogen.plants.errors import PlantError
 from servogen.plants.statespace import StateSpace, discretise

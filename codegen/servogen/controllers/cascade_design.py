@@ -1,0 +1,146 @@
+"""The cascade of paper 1: governor, one tracking MPC per axis, fast stage (Figure 4).
+
+Slow step: shift the references, ask the governor how many points the interval at the end of the
+horizon may take, solve (16) on both axes, start the fast stage's next interval. With horizon 0
+(SPRG alone) the governor looks from the measured state and its reference is the slow command.
+
+The first N - 1 steps only fill the horizon (PRIMING): the machine stands, they may be called back
+to back. They build the plan that the governor alone would follow, which (16) admits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from servogen.controllers.design import (
+    Constant,
+    Declaration,
+    Dimension,
+    Operation,
+    Port,
+    StateField,
+)
+from servogen.controllers.fast_design import FastDesign, declare_fast
+from servogen.controllers.governor_design import AXES, GovernorDesign, declare_governor, point_ports
+from servogen.controllers.mpc_design import MpcDesign, declare_mpc, state_ports
+
+
+@dataclass(frozen=True)
+class CascadeDesign:
+    """``mpc``: one design per axis (the same object where the axes are alike), or None."""
+
+    prefix: str
+    governor: GovernorDesign
+    mpc: tuple[MpcDesign, MpcDesign] | None
+    fast: FastDesign
+
+    @property
+    def horizon(self) -> int:
+        return self.mpc[0].horizon if self.mpc else 0
+
+    @property
+    def axis_prefixes(self) -> tuple[str, ...]:
+        return tuple(m.prefix for m in self.mpc) if self.mpc else ()
+
+
+def declare_parts(design: CascadeDesign) -> tuple[Declaration, ...]:
+    """Declarations of everything the cascade is made of, itself last, each once."""
+    mpcs = {m.prefix: m for m in design.mpc or ()}
+    return (
+        declare_governor(design.governor),
+        *(declare_mpc(m) for m in mpcs.values()),
+        declare_fast(design.fast),
+        declare_cascade(design),
+    )
+
+
+def declare_cascade(design: CascadeDesign) -> Declaration:
+    """Names, sizes and ports of the cascade."""
+    g, horizon = design.governor, design.horizon
+    starts = tuple(
+        Port(f"position_{a}", "m", "first point", low=-lim.position_m, high=lim.position_m)
+        for a, lim in zip(AXES, g.limits, strict=True)
+    )
+    states = tuple(
+        port
+        for axis, limit in zip(AXES, g.limits, strict=True)
+        for port in state_ports(f"{axis}_", g.order, limit)
+    )
+    outputs = [
+        *(Port(f"command_{axis}", "m", "slow stage position command") for axis in AXES),
+        Port("points_taken", "1", "points to drop from the front of the path", integer=True),
+        Port("interval_points", "1", "points of the interval that begins", integer=True),
+        Port("pending", "1", "points taken and not yet processed", integer=True),
+        *(Port(f"iterations_{axis}", "1", "PQP iterations", integer=True) for axis in AXES),
+        *(Port(f"status_{axis}", "1", "status of this axis", integer=True) for axis in AXES),
+    ]
+    constants = []
+    for axis, limit in zip(AXES, g.limits, strict=True):
+        constants += [
+            Constant(f"range_{axis}", limit.fast_range_m, f"m: fast stage range, {axis}"),
+            Constant(f"position_limit_{axis}", limit.position_m, f"m: slow stage range, {axis}"),
+        ]
+    parts = (g.prefix, *dict.fromkeys(design.axis_prefixes), design.fast.prefix)
+    return Declaration(
+        kind="cascade" if horizon else "cascade_sprg",
+        prefix=design.prefix,
+        summary="SPRG-MPC cascade for a two-stage machine"
+        if horizon
+        else "Spatial reference governor alone for a two-stage machine",
+        precision=g.precision,
+        sample_time_s=g.sample_time_s,
+        dimensions=(
+            Dimension("ORDER", g.order, "states of a slow stage"),
+            Dimension("POINTS", g.points, "M"),
+            Dimension("HORIZON", horizon, "N; 0: the governor alone"),
+            Dimension("REFERENCES", horizon + 1, "r_0..r_N"),
+            Dimension("INTERVALS", max(horizon, 1), "intervals looked ahead"),
+            Dimension("PRIMING", max(horizon - 1, 0), "steps that fill the horizon"),
+        ),
+        constants=tuple(constants),
+        tables=(),
+        state=_cascade_state(design),
+        operations=(
+            Operation("reset", "Stand at the first point of the path.", inputs=starts),
+            Operation(
+                "step",
+                "One slow period: measure, govern, optimise, start the next interval.",
+                inputs=(*states, *point_ports(g.points, g.limits)),
+                outputs=tuple(outputs),
+            ),
+            Operation(
+                "fast_step",
+                "One fast sample.",
+                outputs=declare_fast(design.fast).operation("step").outputs,
+                returns_status=False,
+            ),
+        ),
+        uses=parts,
+        facts={
+            "governor": g.prefix,
+            "fast": design.fast.prefix,
+            "mpc": dict(zip(AXES, design.axis_prefixes, strict=False)),
+            "both_ends": g.both_ends,
+        },
+    )
+
+
+def _cascade_state(design: CascadeDesign) -> tuple[StateField, ...]:
+    fields = [StateField("governor", "governor", type=design.governor.prefix)]
+    for axis, prefix in zip(AXES, design.axis_prefixes, strict=False):
+        fields.append(StateField(f"mpc_{axis}", f"tracking MPC, {axis}", type=prefix))
+    fields.append(StateField("fast", "fast stage", type=design.fast.prefix))
+    for axis in AXES:
+        fields += [
+            StateField(f"reference_{axis}", "r_0..r_N, m", "REFERENCES"),
+            StateField(f"low_{axis}", "least coordinate of intervals 1..N", "INTERVALS"),
+            StateField(f"high_{axis}", "greatest coordinate of them", "INTERVALS"),
+            StateField(f"state_{axis}", "state of the slow stage used", "ORDER"),
+            StateField(f"command_{axis}", "slow stage command, m"),
+        ]
+    fields += [
+        StateField("pending", "points taken and not yet processed", type="int32_t"),
+        StateField("priming", "priming steps left", type="int32_t"),
+        StateField("ready", "1 after a successful reset", type="int32_t"),
+    ]
+    return tuple(fields)
