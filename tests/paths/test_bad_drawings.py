@@ -60,6 +60,16 @@ def many_copies(document: Any) -> None:
     document.modelspace().add_blockref("A", (0, 0), dxfattribs=grid)
 
 
+def block_bomb(document: Any) -> None:
+    """Nothing in the end, ten billion times."""
+    document.blocks.new("B0")
+    for level in range(1, 11):
+        block = document.blocks.new(f"B{level}")
+        for k in range(10):
+            block.add_blockref(f"B{level - 1}", (k, 0))
+    document.modelspace().add_blockref("B10", (0, 0))
+
+
 def bad_knots(document: Any) -> None:
     spline = document.modelspace().add_open_spline([(0, 0), (1, 1), (2, 0), (3, 1)])
     spline.knots = [0, 0, 0, 0, 3, 2, 1, 1]
@@ -136,7 +146,8 @@ DXF = [
     ),
     Bad("block missing", "a.dxf", space("add_blockref", "NONE", (0, 0)), ("missing block NONE",)),
     Bad("blocks in a loop", "a.dxf", looping_blocks, ("of block A within itself",)),
-    Bad("copies without end", "a.dxf", many_copies, ("900000000 copies, expected at most",)),
+    Bad("copies without end", "a.dxf", many_copies, ("900000000 copies of blocks",)),
+    Bad("blocks of blocks of blocks", "a.dxf", block_bomb, ("copies of blocks, ",)),
     Bad("writing in a block", "a.dxf", text_in_a_block, ("TEXT #", "not supported")),
 ]
 SVG = [

@@ -100,8 +100,11 @@ def test_joints_are_smooth_only_where_directions_agree() -> None:
     arc = circular_arc((0.0, 0.01), 0.01, -0.5 * math.pi, 0.0)
     tangent = flatten((Line((-0.01, 0.0), (0.0, 0.0)), arc), COARSE)
     assert bool(tangent.smooth[1])
-    corner = flatten((Line((0.0, -0.01), (0.0, 0.0)), arc), COARSE)
-    assert not corner.smooth[1]
+    for angle_deg in (10.0, 90.0):
+        angle = math.radians(angle_deg)
+        before = (-0.01 * math.cos(angle), -0.01 * math.sin(angle))
+        corner = flatten((Line(before, (0.0, 0.0)), arc), COARSE)
+        assert not corner.smooth[1]
     between = flatten((Line((0, 0), (1e-2, 0)), Line((1e-2, 0), (2e-2, 0))), COARSE)
     assert not between.smooth[1]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ _METRES_PER_UNIT = {
     14: 0.1,
 }
 _MOST_COPIES = 10_000
+_DEEPEST = 100
 
 
 def read_dxf(file: Path, settings: PathSettings) -> list[Stroke]:
@@ -43,7 +45,7 @@ def read_dxf(file: Path, settings: PathSettings) -> list[Stroke]:
     strokes: list[Stroke] = []
     with _broken(file, "drawing", "a valid DXF file"):
         feeds = _layer_feeds(document, file, settings)
-        for entity, handle, layer in _flat_entities(document.modelspace(), file):
+        for entity, handle, layer in _Exploder(file).flat(document.modelspace()):
             label = f"{entity.dxftype()} #{handle}"
             _check_visible(document, entity, label, layer, file)
             with _broken(file, label, f"a valid {entity.dxftype()}"):
@@ -113,28 +115,44 @@ def _layer_feeds(document: Any, file: Path, settings: PathSettings) -> dict[str,
     return {name.lower(): feed for name, feed in settings.layer_feeds_m_per_s.items()}
 
 
-def _flat_entities(
-    entities: Any, file: Path, handle: str = "", layer: str = "0", blocks: tuple[str, ...] = ()
-) -> Iterator[tuple[Any, str, str]]:
-    """Entities with handle and layer; a block's layer "0" is the layer of its INSERT."""
-    for entity in entities:
-        own_handle = handle or entity.dxf.handle
-        check_supported(entity, f"{entity.dxftype()} #{own_handle}", file)
-        own_layer = layer if handle and entity.dxf.layer == "0" else entity.dxf.layer
-        if entity.dxftype() != "INSERT":
-            yield entity, own_handle, own_layer
-            continue
-        label, name = f"INSERT #{own_handle}", entity.dxf.get("name", "?")
-        if entity.block() is None:
-            raise InputError(file, label, f"of the missing block {name}", "a defined block")
+@dataclass
+class _Exploder:
+    """Takes blocks apart, and counts how often, since a few blocks can stand for billions."""
+
+    file: Path
+    copies: int = 0
+
+    def flat(
+        self, entities: Any, handle: str = "", layer: str = "0", blocks: tuple[str, ...] = ()
+    ) -> Iterator[tuple[Any, str, str]]:
+        """Entities with handle and layer; a block's layer "0" is the layer of its INSERT."""
+        for entity in entities:
+            own_handle = handle or entity.dxf.handle
+            label = f"{entity.dxftype()} #{own_handle}"
+            check_supported(entity, label, self.file)
+            own_layer = layer if handle and entity.dxf.layer == "0" else entity.dxf.layer
+            if entity.dxftype() != "INSERT":
+                yield entity, own_handle, own_layer
+                continue
+            self._check_block(entity, label, blocks)
+            inner = (*blocks, entity.dxf.name)
+            refuse = _refuse_skipped(label, self.file)
+            for copy in entity.multi_insert() if entity.mcount > 1 else [entity]:
+                parts = copy.virtual_entities(skipped_entity_callback=refuse)
+                yield from self.flat(parts, own_handle, own_layer, inner)
+
+    def _check_block(self, insert: Any, label: str, blocks: tuple[str, ...]) -> None:
+        name = insert.dxf.get("name", "?")
+        if insert.block() is None:
+            raise InputError(self.file, label, f"of the missing block {name}", "a defined block")
         if name in blocks:
-            raise InputError(file, label, f"of block {name} within itself", "blocks without loops")
-        if entity.mcount > _MOST_COPIES:
-            raise InputError(file, label, f"{entity.mcount} copies", f"at most {_MOST_COPIES}")
-        copies = entity.multi_insert() if entity.mcount > 1 else [entity]
-        for copy in copies:
-            parts = copy.virtual_entities(skipped_entity_callback=_refuse_skipped(label, file))
-            yield from _flat_entities(parts, file, own_handle, own_layer, (*blocks, name))
+            value = f"of block {name} within itself"
+            raise InputError(self.file, label, value, "blocks without loops")
+        self.copies += insert.mcount
+        if self.copies > _MOST_COPIES or len(blocks) > _DEEPEST:
+            expected = f"at most {_MOST_COPIES} copies of blocks, {_DEEPEST} deep"
+            value = f"{self.copies} copies of blocks, {len(blocks)} deep"
+            raise InputError(self.file, label, value, expected)
 
 
 def _refuse_skipped(label: str, file: Path) -> Callable[[Any, str], None]:
