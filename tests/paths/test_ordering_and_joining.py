@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from servogen.paths.curves import Line, Stroke, circular_arc
+from servogen.paths.curves import EllipticArc, Line, Stroke, circular_arc
 from servogen.paths.geometry import JOIN_LABEL, ToolPath, build_tool_path
 from servogen.paths.ordering import order_strokes
 
@@ -78,6 +78,14 @@ def test_a_reversed_arc_keeps_its_curvature() -> None:
     assert_allclose(path.radius_m[1:], 0.01)
     assert bool(path.smooth[2:-1].all())
     assert_allclose(path.points[-1], [1 + 0.01 * np.cos(0.5), 0.01 + 0.01 * np.sin(0.5)])
+
+
+def test_a_reversed_ellipse_is_curved_where_it_was() -> None:
+    """From the tip, radius b^2/a, to the flat side, radius a^2/b; cut the other way round."""
+    quarter = EllipticArc((1.0, -0.01), (0.04, 0.0), (0.0, 0.01), 0.0, 0.5 * np.pi)
+    path = joined(line("a", (0, 0), (1, 0)), Stroke("ellipse", (quarter,)))
+    assert_allclose(path.points[-1], [1.04, -0.01])
+    assert_allclose(path.radius_m[[1, -1]], [0.16, 0.0025])
 
 
 def test_pieces_of_no_length_are_dropped() -> None:

@@ -100,6 +100,16 @@ def test_zigzag_of_corners_within_one_sample() -> None:
     assert peak_acceleration(timed) <= 49.05 * ROUNDING
 
 
+@pytest.mark.parametrize("step_m", [1e-6, 3e-6, 1e-5])
+def test_random_walks_of_steps_shorter_than_a_sample(step_m: float) -> None:
+    """Where the rule for single corners does not do, the place is slowed down and timed again."""
+    for seed in range(12):
+        steps = np.random.default_rng(seed).normal(scale=step_m, size=(200, 2))
+        points = [tuple(point) for point in np.cumsum(steps, axis=0).tolist()]
+        timed = time_path(polyline(*points), LIMITS, PERIOD_S)
+        assert peak_acceleration(timed) <= 49.05 * ROUNDING
+
+
 def test_straight_line_takes_its_trapezoid() -> None:
     """0.6 m/s at 24.5 m/s^2: length over speed, and speed over acceleration once more."""
     timed = time_path(polyline((0, 0), (0.3, 0)), LIMITS, PERIOD_S)
