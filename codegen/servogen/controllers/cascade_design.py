@@ -74,8 +74,8 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
         *(Port(f"iterations_{axis}", "1", "PQP iterations", integer=True) for axis in AXES),
         *(Port(f"status_{axis}", "1", "status of this axis", integer=True) for axis in AXES),
     ]
-    constants = []
-    for axis, limit in zip(AXES, g.limits, strict=True):
+    constants = []  # the governor alone needs none
+    for axis, limit in zip(AXES, g.limits if horizon else (), strict=False):
         constants += [
             Constant(f"range_{axis}", limit.fast_range_m, f"m: fast stage range, {axis}"),
             Constant(f"position_limit_{axis}", limit.position_m, f"m: slow stage range, {axis}"),

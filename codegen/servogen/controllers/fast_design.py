@@ -105,6 +105,20 @@ def _inverse_of_fast(slow: StateSpace, fast: StateSpace) -> tuple[FloatArray, fl
     return row, direct
 
 
+def _feed_constants(points: int, ramp: int) -> tuple[Constant, ...]:
+    flat = Constant("flat_inverse", 1.0 / (points - ramp), "1 / (M - RAMP)")
+    if ramp == 0:
+        return (flat,)
+    return (
+        Constant("ramp_inverse", 1.0 / ramp, "1 / RAMP"),
+        Constant("ramp_half", 0.5 * ramp, "RAMP / 2"),
+        Constant("ramp_twice_inverse", 2.0 / ramp, "2 / RAMP"),
+        Constant("flat", float(points - ramp), "M - RAMP"),
+        flat,
+        Constant("rate_scale", 0.5 / points, "1 / (2 M)"),
+    )
+
+
 def declare_fast(design: FastDesign) -> Declaration:
     """Names, sizes, tables and ports of the fast stage's command generator."""
     begin = []
@@ -146,12 +160,7 @@ def declare_fast(design: FastDesign) -> Declaration:
             Dimension("RAMP", ramp, "fast samples of a feed ramp"),
         ),
         constants=(
-            Constant("ramp_inverse", 1.0 / ramp if ramp else 0.0, "1 / RAMP"),
-            Constant("ramp_half", 0.5 * ramp, "RAMP / 2"),
-            Constant("ramp_twice_inverse", 2.0 / ramp if ramp else 0.0, "2 / RAMP"),
-            Constant("flat", float(design.points - ramp), "M - RAMP"),
-            Constant("flat_inverse", 1.0 / (design.points - ramp), "1 / (M - RAMP)"),
-            Constant("rate_scale", 0.5 / design.points, "1 / (2 M)"),
+            *_feed_constants(design.points, ramp),
             *constants,
         ),
         tables=tuple(tables),

@@ -89,6 +89,8 @@ def emit_package(name: str, declarations: tuple[Declaration, ...]) -> CPackage:
             ("tables.h.jinja", f"{d.prefix}_tables.h"),
             (f"{d.kind}.c.jinja", f"{d.prefix}.c"),
         ):
+            if file.endswith("_tables.h") and not (d.constants or d.tables):
+                continue
             files[file] = environment.get_template(template).render(context)
     for runtime in RUNTIME_FILES:
         files[runtime] = (resource_dir("c_runtime") / runtime).read_text(encoding="utf-8")
