@@ -103,18 +103,22 @@ def _on_facet(design: GovernorDesign, axis: int, last: float, state: FloatArray)
 
 
 def _at_reach(
-    design: GovernorDesign, axis: int, rng: np.random.Generator, point: float, state: FloatArray
+    design: GovernorDesign, axis: int, rng: np.random.Generator, path: FloatArray, state: FloatArray
 ) -> float:
-    """Position from which ``point`` is the fast range away, a thousandth more or less, at the
-    start of the interval or, for the point as its reference, at its end."""
+    """Position from which some point is the fast range away, a thousandth more or less, at the
+    start of the interval or at its end; there the first point may be left too far behind."""
     section = design.sections[axis]
-    away = design.limits[axis].fast_range_m * float(rng.choice([-1.0, 1.0]))
+    farthest = int(np.argmax(np.abs(path - path[0])))
+    point = float(path[int(rng.choice([farthest, int(rng.integers(1, path.size))]))])
+    away = design.limits[axis].fast_range_m * float(np.sign(point - path[0]))
     away *= float(rng.choice([1.0 - 1e-3, 1.0 + 1e-3]))
     if rng.random() < 0.5:
         return point - away
-    slope = section.ahead_reference
+    slope, reference = section.ahead_reference, point
     moved = float(section.ahead @ state[1:])
-    return (point - away - moved - slope * point) / (1.0 - slope)
+    if rng.random() < 0.7:
+        point, away = float(path[0]), -away
+    return (point - away - moved - slope * reference) / (1.0 - slope)
 
 
 def _governor_calls(design: GovernorDesign, rng: np.random.Generator, count: int) -> Iterator[Call]:
@@ -123,17 +127,25 @@ def _governor_calls(design: GovernorDesign, rng: np.random.Generator, count: int
         step = rng.choice([0.01, 0.3, 1.0]) * design.limits[0].velocity_m_per_s
         step *= design.sample_time_s / design.points
         path = smooth_path(rng, design.limits, step, design.points + 1)
+        if rng.random() < 0.5:  # there and back: only then the range says more than (13) does
+            turn = int(rng.integers(design.points))
+            path[turn:] = path[turn] - 0.5 * (path[turn:] - path[turn])
         inputs: dict[str, Value] = {}
+        tried, kind = int(rng.choice([0, 1, 2], p=[0.45, 0.45, 0.1])), rng.random()
         for i, axis in enumerate(AXES):
             last = float(path[0, i])
             state = random_state(rng, design.order, design.limits[i], last)
-            kind = rng.random()
-            if kind < 0.25:
+            if tried not in (i, 2):  # one axis is tried, the other must not decide
+                state = 0.05 * random_state(rng, design.order, design.limits[i], 0.0)
+                state[0] += last
+            elif kind < 0.3:
                 state = _on_facet(design, i, last, state)
-            elif kind < 0.6:
-                state[1:] *= float(rng.choice([0.0, 0.1, 0.3]))
-                at = path[int(rng.integers(1, len(path))), i]
-                state[0] = _at_reach(design, i, rng, float(at), state)
+            elif kind < 0.8:
+                # at speed, or the admissible set is narrower than the range of the fast stage
+                speed = float(rng.uniform(0.2, 1.0)) * design.limits[i].velocity_m_per_s
+                state[1] = speed * float(np.sign(path[-1, i] - last))
+                state[2:] *= float(rng.choice([0.0, 0.1]))
+                state[0] = _at_reach(design, i, rng, path[:, i], state)
             inputs |= _state_inputs(f"{axis}_", names, state)
             inputs |= {f"last_{axis}": last, f"points_{axis}": path[1:, i].copy()}
         inputs["n_points"] = _points_count(rng, design.points)
