@@ -15,7 +15,8 @@ from servogen.project import load_project
 from servogen.project.physics import check_project
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Twin, compare
-from servogen.sil.scenarios import random_calls, suite
+from servogen.sil.random_calls import random_calls
+from servogen.sil.scenarios import suite
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_stage" / "servogen.toml"
 # Two modules of several packages each: compiling is what takes the time here.

@@ -1,0 +1,198 @@
+"""The harness finds what is wrong: one change in the emitted C each, and it must be reported."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from core_designs import Variant, design, package, temporary_folder
+from core_loop import run, zigzag
+
+from servogen.controllers.cascade import Cascade
+from servogen.controllers.design import Port, Status
+from servogen.emit.package import CPackage
+from servogen.sil.build import BuildError, compile_package
+from servogen.sil.compiled import CompiledController
+from servogen.sil.harness import Agreement, Call, Twin, compare, compare_outputs
+from servogen.sil.scenarios import suite
+
+BASE = Variant(horizon=5, cap=40, letter="L")
+
+
+def nudge(table: str, entry: int, relative: float = 0.0):
+    """Change one number of a constant table by ``relative``, or by one unit in its last place."""
+
+    def change(text: str) -> str:
+        offset = re.search(rf"{table}(\[\d+\])? =", text).end()
+        found = list(re.finditer(r"-?\d+\.\d+(?:e[+-]?\d+)?", text[offset:]))[entry]
+        value = float(found.group())
+        other = value * (1.0 + relative) if relative else np.nextafter(value, np.inf)
+        return text[: offset + found.start()] + repr(float(other)) + text[offset + found.end() :]
+
+    return change
+
+
+def swap(old: str, new: str):
+    def change(text: str) -> str:
+        assert text.count(old) >= 1, old
+        return text.replace(old, new, 1)
+
+    return change
+
+
+# name: (file, without the prefix; change)
+MUTANTS: dict[str, tuple[str, Any]] = {
+    "plant matrix": ("_mpc_tables.h", nudge("_a_columns", 0)),
+    "free plan on the references": ("_mpc_tables.h", nudge("_plan_reference", 0, 1e-9)),
+    "primal correction": ("_mpc_tables.h", nudge("_inverse_columns", 0)),
+    "|D|": ("_mpc_tables.h", nudge("_absolute", 0)),
+    "slow model": ("_follower_tables.h", nudge("_model_x", 3)),
+    "range of the governor": ("_governor_tables.h", nudge("_range_x", 0, -0.4)),
+    "far end of the interval": (
+        "_governor.c",
+        swap("if ((highest - ahead) >", "if (2 * (highest - ahead) >"),
+    ),
+    "iterations": ("_mpc.c", swap("*iterations = k + 1;", "*iterations = k;")),
+    "shift of the duals": ("_mpc.c", swap("y[i] = y[i + ", "y[i] = y[i + 0 * ")),
+    "feasible or not": ("_mpc.c", swap("(seen.worst >= -", "(seen.worst >= 0.1 * -")),
+    "gap": ("_mpc.c", swap("(seen.gap <= ", "(seen.gap <= 0.1 * ")),
+    "backup judged": ("_mpc.c", swap("status = SG_INFEASIBLE;", "status = SG_BACKUP;")),
+    "slack of a lower bound": ("_mpc.c", swap("if (self->slack_lower[i] < (sg_real)0)", "if (0)")),
+    "turns of a cycle": ("_mpc.c", swap("(turn == CORE_MPC_PERIOD - 1) ? 2 : kind", "kind")),
+    "interpolation": ("_follower.c", swap("share * (there - here)", "share * (here - there)")),
+    "ring of points": ("_follower.c", swap("(index - CORE_FOLLOWER_BUFFER)", "0")),
+    "window": (".c", swap("low = sg_max(low, self->high", "low = sg_min(low, self->high")),
+    "pending": (".c", swap("self->pending - told", "self->pending + told")),
+    "status": (".c", swap("status = sg_worse(status, measured);", "(void)measured;")),
+}
+RUNTIME: dict[str, tuple[str, Any]] = {
+    "order of a sum": (
+        "sg_kernels.h",
+        swap("(((y[i] + (c0[i] * x0)) + (c1[i] * x1))", "((y[i] + ((c0[i] * x0) + (c1[i] * x1)))"),
+    ),
+    "extrapolation": ("sg_pqp.h", swap("clamp * upper[i])", "zero)")),
+}
+
+
+def renamed(number: int) -> Variant:
+    return replace(BASE, prefix=f"mutant{number}")
+
+
+def mutated(made: CPackage, suffix: str, change: Any) -> CPackage:
+    file = f"{made.name}{suffix}" if suffix.startswith(("_", ".")) else suffix
+    text = made.files[file]
+    changed = change(text.replace(made.name.upper(), "CORE"))
+    changed = changed.replace("CORE", made.name.upper())
+    assert changed != text
+    return replace(made, files={**made.files, file: changed}, hash=made.hash[::-1])
+
+
+@cache
+def module_of_mutants() -> Any:
+    packages = [package(renamed(len(MUTANTS)))]
+    for number, (file, change) in enumerate(MUTANTS.values()):
+        packages.append(mutated(package(renamed(number)), file, change))
+    flags = ["-O0", "-Wno-error"]
+    return compile_package(packages, temporary_folder("mutants"), flags)
+
+
+def differences(v: Variant, module: Any) -> list[str]:
+    """All that the suite says of the C in the module; the closed loop where it says nothing."""
+    found = []
+    for name, reference, calls in suite(design(v), 3, 60):
+        compiled = CompiledController(module, reference().declaration)
+        agreement = compare(reference(), compiled, calls)
+        if not agreement.passed:
+            found.append(f"{name}: {agreement.difference}")
+    if not found:
+        cascade = CompiledController(module, package(v).declarations[-1])
+        twin = Twin(Cascade(design(v)), cascade)
+        run(twin, v, zigzag(), 80)
+        if not twin.agreement.passed:
+            found.append(f"closed loop: {twin.agreement.difference}")
+    return found
+
+
+def test_the_unchanged_package_agrees():
+    assert differences(renamed(len(MUTANTS)), module_of_mutants()) == []
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_every_mutant_is_found(name):
+    number = list(MUTANTS).index(name)
+    found = differences(renamed(number), module_of_mutants())
+    assert found, f"nothing noticed the mutant {name!r}"
+    assert all("is" in text and "in the C" in text for text in found)
+
+
+@pytest.mark.parametrize("name", RUNTIME)
+def test_mutants_of_the_runtime_are_found(name):
+    file, change = RUNTIME[name]
+    v = replace(BASE, prefix="runtime")
+    made = mutated(package(v), file, change)
+    module = compile_package([made], temporary_folder("runtime"), ["-O0", "-Wno-error"])
+    assert differences(v, module)
+
+
+def test_c_that_does_not_compile_is_told():
+    made = package(replace(BASE, prefix="broken"))
+    broken = replace(made, files={**made.files, "broken.c": made.files["broken.c"] + "int x = ;"})
+    with pytest.raises(BuildError, match="does not compile"):
+        compile_package([broken], temporary_folder("broken"), ["-O0"])
+
+
+def outcome(first: Any, second: Any, bound: float = 0.0) -> Agreement:
+    agreement = Agreement()
+    compare_outputs(agreement, Call("step"), (Status.OK, first), (Status.OK, second), bound)
+    return agreement
+
+
+def test_comparison_is_not_fooled():
+    """NaN is no agreement, nor is a missing output; integers are compared exactly."""
+    assert outcome({"a": 1.0}, {"a": 1.0}).passed
+    assert not outcome({"a": np.nan}, {"a": np.nan}).passed
+    assert not outcome({"a": 1.0}, {"a": np.nan}, bound=1.0).passed
+    assert not outcome({}, {"a": 1.0}).passed
+    assert not outcome({"a": 3}, {"a": 4}, bound=10.0).passed
+    assert outcome({"a": 3.0}, {"a": 4.0}, bound=1.0).passed
+    assert not outcome({"a": 3.0}, {"a": 4.0}, bound=0.9).passed
+    assert not outcome({"a": np.array([1.0, 2.0])}, {"a": np.array([1.0, 2.5])}).passed
+    found = outcome({"a": 3.0}, {"a": 3.5})
+    assert found.worst == 0.5
+    assert "a is 3.0 in the reference and 3.5 in the C" in str(found.difference)
+    assert not compare(Silent(), Silent(), []).passed  # no call is no proof
+
+
+class Silent:
+    """A controller that answers zero; its ``repeat`` can be told to lie."""
+
+    declaration = replace(package(BASE).declarations[-1])
+
+    def __init__(self, lie: float = 0.0) -> None:
+        self.lie = lie
+
+    def call(self, operation: str, inputs: Any = None) -> tuple[Status, dict[str, Any]]:
+        return Status.OK, {"value": 0.0}
+
+    def repeat(self, operation: str, count: int) -> np.ndarray:
+        ports: tuple[Port, ...] = self.declaration.operation(operation).outputs
+        values = np.zeros((count, len(ports)))
+        values[-1, 1] = self.lie
+        return values
+
+
+@pytest.mark.parametrize("lie", [1e-300, np.nan, 1.0])
+def test_a_twin_notices_a_lie_in_a_repeated_operation(lie):
+    honest = Twin(Silent(), Silent())
+    honest.repeat("fast_step", 5)
+    assert honest.agreement.passed
+    twin = Twin(Silent(), Silent(lie))
+    twin.call("step")
+    twin.repeat("fast_step", 5)
+    assert not twin.agreement.passed
+    assert twin.agreement.difference.index == 5
+    assert twin.agreement.difference.item == "command_y"
