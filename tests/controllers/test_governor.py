@@ -11,7 +11,7 @@ from core_designs import LIMITS, OTHER_LIMITS, Variant, admissible, design, slow
 from servogen.controllers.design import Status
 from servogen.controllers.governor import Governor
 from servogen.plants.statespace import discretise
-from servogen.sil.scenarios import random_calls
+from servogen.sil.random_calls import random_calls
 
 VARIANTS = {
     "both ends": Variant(points=20),

@@ -176,8 +176,8 @@ def test_the_driver_and_the_sanitizers_work():
     changes = {
         "out of bounds": ("in->points_x[i];", "in->points_x[i + 70000];"),
         "signed integer overflow": (
-            "self->head + self->current)",
-            "self->head + 2147483647 + self->current)",
+            "self->done = self->done + 1;",
+            "self->done = (self->done + 2147483647) - 2147483646;",
         ),
     }
     for report, (old, new) in changes.items():
