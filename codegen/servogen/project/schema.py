@@ -171,7 +171,10 @@ class PathTable(Section):
     ] = 0.6
     layer_feeds_m_per_s: Annotated[
         dict[str, LayerFeed],
-        told("a number above 0 and at most 100 (m/s)", description="feed of each DXF layer"),
+        told(
+            "a number above 0 and at most 100 (m/s)",
+            description="feed of each DXF layer or SVG group",
+        ),
     ] = Field(default_factory=dict)
 
 
