@@ -177,7 +177,7 @@ def test_the_driver_and_the_sanitizers_work():
         "out of bounds": ("in->points_x[i];", "in->points_x[i + 70000];"),
         "signed integer overflow": (
             "self->done = self->done + 1;",
-            "self->done = (self->done + 2147483647) - 2147483646;",
+            "self->done = self->done + 1; self->waiting = self->waiting + 2147483647;",
         ),
     }
     for report, (old, new) in changes.items():
