@@ -92,7 +92,7 @@ class Solver(Section):
             f'a whole number from 1 to {MAX_ITERATIONS} or "target"',
             description="iterations, then the backup; target: as many as fit its budget",
         ),
-    ] = 500
+    ] = "target"
     phi: Annotated[
         float, Field(gt=0, le=10, description="phi_i in (20) is this times Q_ii of the dual")
     ] = 0.1

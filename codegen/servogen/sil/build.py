@@ -1,4 +1,9 @@
-"""Compile an emitted package into a Python extension through cffi (API mode)."""
+"""Compile an emitted package for Python through cffi.
+
+API mode where Python's C headers are there. Where they are not (Debian keeps them in python3-dev),
+the same sources become a shared library that cffi opens: no header is needed, calls cost a little
+more, results are the same.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +11,13 @@ import hashlib
 import importlib.util
 import io
 import shutil
+import subprocess
+import sysconfig
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from types import ModuleType
+from types import SimpleNamespace
 from typing import Any
 
 import cffi
@@ -21,7 +28,18 @@ from servogen.errors import ServogenError
 
 # Bit identity with the reference needs IEEE arithmetic in source order; speed comes from -O3, which
 # under strict ISO semantics reorders nothing.
-COMPILE_FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror")
+# -fno-wrapv undoes what Python adds to its extensions: a target's compiler does not wrap either.
+COMPILE_FLAGS = (
+    "-std=c99",
+    "-O3",
+    "-ffp-contract=off",
+    "-fno-wrapv",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
+
+Module = Any  # ``ffi`` and ``lib`` of what was compiled: cffi gives them no types
 
 
 class BuildError(ServogenError):
@@ -41,18 +59,19 @@ def _members(ports: Sequence[Port], real: str) -> str:
 def _declare(d: Declaration) -> str:
     """cffi's view of one controller: opaque state, in and out structs, prototypes."""
     p, real = d.prefix, d.precision.c_type
-    parts = [f"typedef struct {{ ...; }} {p}_t;", f"void {p}_init({p}_t *self);"]
+    parts = [f"size_t {p}_bytes(void);", f"void {p}_init(void *self);"]
     for op in d.operations:
         for ports, suffix in ((op.inputs, "in"), (op.outputs, "out")):
             if ports:
                 parts.append(
                     f"typedef struct {{\n{_members(ports, real)}\n}} {p}_{op.name}_{suffix};"
                 )
-        text = signature(d, op)
+        text = signature(d, op).replace(f"const {p}_t *self", "const void *self")
+        text = text.replace(f"{p}_t *self", "void *self")
         parts.append(text.replace("sg_status", "int") + ";")
         if _repeats(d, op.name):
             parts.append(
-                f"void {p}_{op.name}_repeat({p}_t *self, int count, {p}_{op.name}_out *out);"
+                f"void {p}_{op.name}_repeat(void *self, int count, {p}_{op.name}_out *out);"
             )
     return "\n".join(parts)
 
@@ -63,17 +82,25 @@ def _repeats(d: Declaration, name: str) -> bool:
     return not op.inputs and bool(op.outputs)
 
 
-def _source(package: CPackage) -> str:
-    lines = [f'#include "{d.prefix}.h"' for d in package.declarations]
+def _source(package: CPackage, storage: str) -> str:
+    """What the C does not offer by itself: sizes, and many calls at C speed."""
+    lines = ["#include <stddef.h>", *(f'#include "{d.prefix}.h"' for d in package.declarations)]
     for d in package.declarations:
+        p = d.prefix
+        lines.append(f"{storage}size_t {p}_bytes(void) {{ return sizeof({p}_t); }}")
         for op in d.operations:
             if _repeats(d, op.name):
-                p, call = d.prefix, f"{d.prefix}_{op.name}"
+                call = f"{p}_{op.name}"
                 lines.append(
-                    f"static void {call}_repeat({p}_t *self, int count, {call}_out *out)\n"
+                    f"{storage}void {call}_repeat(void *self, int count, {call}_out *out)\n"
                     f"{{ for (int i = 0; i < count; i++) {{ {call}(self, &out[i]); }} }}"
                 )
     return "\n".join(lines)
+
+
+def has_python_headers() -> bool:
+    """Whether this Python can compile extensions (Debian: python3-dev)."""
+    return (Path(sysconfig.get_paths()["include"]) / "Python.h").is_file()
 
 
 @contextmanager
@@ -86,7 +113,7 @@ def _quiet() -> Iterator[io.StringIO]:
 
 def compile_package(
     packages: Sequence[CPackage], folder: Path, extra_flags: Sequence[str] = ()
-) -> ModuleType:
+) -> Module:
     """Compile one or more packages into one module with ``ffi`` and ``lib``.
 
     Args:
@@ -107,12 +134,15 @@ def compile_package(
     ffi = cffi.FFI()
     for package in packages:
         ffi.cdef("\n".join(_declare(d) for d in package.declarations))
+    flags = [*COMPILE_FLAGS, "-Wno-unused-function", *extra_flags]
+    if not has_python_headers():
+        return _shared_library(ffi, packages, folder, sources, flags)
     ffi.set_source(
         name,
-        "\n".join(_source(package) for package in packages),
+        "\n".join(_source(package, "static ") for package in packages),
         sources=sources,
         include_dirs=[str(folder)],
-        extra_compile_args=[*COMPILE_FLAGS, "-Wno-unused-function", *extra_flags],
+        extra_compile_args=flags,
         extra_link_args=list(extra_flags),
     )
     with _quiet() as said:
@@ -125,7 +155,24 @@ def compile_package(
     return _load(name, Path(path))
 
 
-def _load(name: str, path: Path) -> ModuleType:
+def _shared_library(
+    ffi: Any, packages: Sequence[CPackage], folder: Path, sources: list[str], flags: list[str]
+) -> Module:
+    shim, library = folder / "sil_shim.c", folder / "libsil.so"
+    shim.write_text("\n".join(_source(package, "") for package in packages), encoding="utf-8")
+    command = ["gcc", *flags, "-shared", "-fPIC", f"-I{folder}", *sources, str(shim)]
+    try:
+        done = subprocess.run(
+            [*command, "-o", str(library)], capture_output=True, text=True, check=False
+        )
+    except FileNotFoundError as error:
+        raise BuildError("gcc is missing: apt-get install gcc") from error
+    if done.returncode != 0:
+        raise BuildError(f"the emitted C does not compile: {done.stderr}")
+    return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(library)))
+
+
+def _load(name: str, path: Path) -> Module:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise BuildError(f"the compiled module {path.name} cannot be loaded")
@@ -135,13 +182,10 @@ def _load(name: str, path: Path) -> ModuleType:
 
 
 @contextmanager
-def built(*packages: CPackage, extra_flags: Sequence[str] = ()) -> Iterator[ModuleType]:
+def built(*packages: CPackage, extra_flags: Sequence[str] = ()) -> Iterator[Module]:
     """``compile_package`` in a temporary folder that goes away with the block."""
     folder = Path(tempfile.mkdtemp(prefix="servogen-sil-"))
     try:
         yield compile_package(packages, folder, extra_flags)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-Module = Any  # a compiled module: cffi gives it no types

@@ -18,7 +18,8 @@ class CompiledController:
         self.declaration = declaration
         self._ffi, self._lib = module.ffi, module.lib
         p = declaration.prefix
-        self.memory = self._ffi.new(f"{p}_t *")
+        # whole doubles, so that the state is aligned for anything in it
+        self.memory = self._ffi.new("double[]", 1 + getattr(self._lib, f"{p}_bytes")() // 8)
         self._entry = {
             op.name: getattr(self._lib, f"{p}_{op.name}") for op in declaration.operations
         }
