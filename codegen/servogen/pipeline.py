@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from servogen.jsontext import json_text
 from servogen.outputs import write_file
@@ -30,6 +30,9 @@ class Result(Protocol):
     def lines(self) -> list[str]: ...
 
     def to_json(self) -> Mapping[str, object]: ...
+
+
+Kept = TypeVar("Kept", bound=Result)
 
 
 def build(project: Project, out: Path, progress: Progress) -> building.BuildResult:
@@ -94,14 +97,19 @@ class RunResult:
 def run(project: Project, out: Path, progress: Progress) -> RunResult:
     """Build, sil, wcet, simulate, study, report; the results as JSON beside them."""
     prepared = prepare(project, progress)
-    steps: dict[str, Result] = {"build": building.build(prepared, out / "c")}
-    proven = proving.equivalence(prepared, None, progress)
-    counted = counting.count(prepared, None)
-    simulated = simulating.simulate(prepared, False, progress)
-    studied = comparing.compare(prepared, progress)
-    steps |= {"sil": proven, "wcet": counted, "simulate": simulated, "study": studied}
-    found = reporting.Findings(prepared, simulated, counted, proven, studied)
-    steps["report"] = reporting.report(found, out / "report.html")
-    for name, step in steps.items():
+    steps: dict[str, Result] = {}
+
+    def keep(name: str, step: Kept) -> Kept:
+        """Written at once: what comes later may fail."""
+        steps[name] = step
         write_file(out / f"{name}.json", json_text(step.to_json()))
+        return step
+
+    keep("build", building.build(prepared, out / "c"))
+    proven = keep("sil", proving.equivalence(prepared, None, progress))
+    counted = keep("wcet", counting.count(prepared, None))
+    simulated = keep("simulate", simulating.simulate(prepared, False, progress))
+    studied = keep("study", comparing.compare(prepared, progress))
+    found = reporting.Findings(prepared, simulated, counted, proven, studied)
+    keep("report", reporting.report(found, out / "report.html"))
     return RunResult(steps)

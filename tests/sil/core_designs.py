@@ -118,6 +118,7 @@ def design(v: Variant) -> CascadeDesign:
                 compensation(slow[1], FAST, fast_period, v.matching),
             ),
         ),
+        plants=(plants[0], plants[1]),
     )  # fmt: skip
 
 

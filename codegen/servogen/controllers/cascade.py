@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from servogen.controllers.arithmetic import check_port
+from servogen.controllers.arithmetic import cast, check_port
 from servogen.controllers.cascade_design import CascadeDesign, declare_cascade
 from servogen.controllers.design import Port, Status, Value
 from servogen.controllers.fast_stage import FastStage
@@ -15,6 +15,7 @@ from servogen.controllers.governor_design import AXES
 from servogen.controllers.mpc_design import state_ports
 from servogen.controllers.tracking_mpc import TrackingMpc
 from servogen.precision import FloatArray
+from servogen.qp.ordered import matvec
 
 
 class Cascade:
@@ -30,6 +31,9 @@ class Cascade:
         self._range = [self._real(lim.fast_range_m) for lim in design.governor.limits]
         self._limit = [self._real(lim.position_m) for lim in design.governor.limits]
         self._names = [f"{a}_{p.name}" for a in AXES for p in self._state_ports()]
+        p = design.governor.precision
+        self._a_columns = [cast(plant.a.T, p) for plant in design.plants]
+        self._b = [cast(plant.b, p) for plant in design.plants]
         self._stand([self._real(0.0)] * 2)
         self.ready = False
 
@@ -47,6 +51,8 @@ class Cascade:
         for i in range(2):
             self.state[i][0] = start[i]
         self.priming = max(horizon - 1, 0)
+        self.offered = 0
+        self.planned = False
         self.pending = 0
 
     def call(
@@ -58,6 +64,12 @@ class Cascade:
                 return self._reset(given), {}
             case "step":
                 return self._step(given)
+            case "predict":
+                return self._predict(given)
+            case "plan":
+                return self._plan(given)
+            case "start":
+                return self._start()
             case "fast_step":
                 return self.fast.call("step")
         raise KeyError(operation)
@@ -95,12 +107,49 @@ class Cascade:
         return outputs | values
 
     def _step(self, given: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
+        status, outputs = self._plan(given)
+        if self.planned:
+            status, interval = self._begin(status)
+            outputs["interval_points"] = interval
+        outputs["pending"] = self.pending
+        return status, outputs
+
+    def _plan(self, given: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
             return Status.NOT_READY, self._outputs()
         measured = self._measured(given)
+        self.offered = int(np.asarray(given["n_points"]))
+        self.planned = self.priming == 0
         if self.mpc:
             return self._mpc_step(given, measured)
         return self._sprg_step(given, measured)
+
+    def _start(self) -> tuple[Status, dict[str, Value]]:
+        status, interval = Status.NOT_READY, 0
+        if self.planned:
+            status, interval = self._begin(Status.OK)
+        return status, {
+            "command_x": self.command[0],
+            "command_y": self.command[1],
+            "interval_points": interval,
+            "pending": self.pending,
+        }
+
+    def _predict(self, given: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
+        """A x + B u from the measured state; from the last one used where it is not usable."""
+        ports = self.declaration.operation("predict").inputs
+        precision = self.design.governor.precision
+        status = max(check_port(port, given[port.name], precision) for port in ports)
+        states = self.state
+        if status is Status.OK:
+            values = np.array([given[port.name] for port in ports], dtype=self._real)
+            states = [np.array(part) for part in np.split(values, 2)]
+        ahead = [
+            matvec(self._a_columns[i], states[i]) + self._b[i] * self.command[i] for i in range(2)
+        ]
+        if not self.ready:
+            status = Status.NOT_READY
+        return Status(status), dict(zip(self._names, np.concatenate(ahead), strict=True))
 
     def _measured(self, given: Mapping[str, Value]) -> Status:
         """Take the measured states over, or go on from the predicted ones."""
@@ -127,7 +176,13 @@ class Cascade:
             "points_y": given["points_y"],
             "n_points": outputs["points_taken"],
         }
-        status = max(status, self.fast.call("push", push)[0])
+        pushed = self.fast.call("push", push)[0]
+        if pushed is not Status.OK:  # nothing was queued, so nothing may be taken
+            outputs = {"points_taken": 0}
+            for i, axis in enumerate(AXES):
+                for name in ("reference", "low", "high"):
+                    outputs[f"{name}_{axis}"] = self.reference[i][-1]
+        status = max(status, pushed)
         self.pending += int(np.asarray(outputs["points_taken"]))
         for i, axis in enumerate(AXES):
             for queue, name in (
@@ -153,7 +208,7 @@ class Cascade:
                 mpc.seed(self.reference[i][-1])
             status = max(Status.PRIMING, measured, status)
             return status, self._outputs(points_taken=taken)
-        statuses, iterations = [Status.OK] * 2, [0, 0]
+        statuses, iterations = [measured] * 2, [0, 0]
         for i, mpc in enumerate(self.mpc):
             if usable:
                 low, high = self._window(i)
@@ -166,9 +221,7 @@ class Cascade:
             else:
                 self.command[i] = mpc.hold(self.reference[i][-1])[0]
         status = max(measured, status, *statuses)
-        return self._begin(
-            given,
-            status,
+        return status, self._outputs(
             points_taken=taken,
             iterations_x=iterations[0],
             iterations_y=iterations[1],
@@ -192,19 +245,20 @@ class Cascade:
             self.state = [np.array(state, dtype=self._real) for state in self.fast.state]
         status, govern = self._govern(given, self.state, measured is Status.OK)
         self.command = [self.reference[i][-1] for i in range(2)]
-        return self._begin(given, max(measured, status), points_taken=govern["points_taken"])
+        return max(measured, status), self._outputs(
+            points_taken=govern["points_taken"], status_x=int(measured), status_y=int(measured)
+        )
 
-    def _begin(
-        self, given: Mapping[str, Value], status: Status, **outputs: Value
-    ) -> tuple[Status, dict[str, Value]]:
+    def _begin(self, status: Status) -> tuple[Status, int]:
+        """Start the fast stage's next interval; FINISHED when nothing is left."""
         inputs: dict[str, Value] = dict(zip(self._names, np.concatenate(self.state), strict=True))
         for i, axis in enumerate(AXES):
             inputs[f"slow_command_{axis}"] = self.command[i]
         began, out = self.fast.call("begin", inputs)
         interval = int(np.asarray(out["interval_points"]))
-        self.pending -= interval
         status = max(status, began)
-        left = self.pending + interval + int(np.asarray(given["n_points"]))
-        if status is Status.OK and left == 0:
+        if status is Status.OK and self.pending + self.offered == 0:
             status = Status.FINISHED
-        return status, self._outputs(interval_points=interval, **outputs)
+        self.pending -= interval
+        self.planned = False
+        return status, interval

@@ -19,20 +19,24 @@ from servogen.controllers.design import (
     Operation,
     Port,
     StateField,
+    Table,
 )
 from servogen.controllers.fast_design import FastDesign, declare_fast
 from servogen.controllers.governor_design import AXES, GovernorDesign, declare_governor, point_ports
 from servogen.controllers.mpc_design import MpcDesign, declare_mpc, state_ports
+from servogen.plants.statespace import Discrete
 
 
 @dataclass(frozen=True)
 class CascadeDesign:
-    """``mpc``: one design per axis (the same object where the axes are alike), or None."""
+    """``mpc``: one design per axis (the same object where the axes are alike), or None;
+    ``plants``: slow stages at T_s, for the state one period ahead."""
 
     prefix: str
     governor: GovernorDesign
     mpc: tuple[MpcDesign, MpcDesign] | None
     fast: FastDesign
+    plants: tuple[Discrete, Discrete]
 
     @property
     def horizon(self) -> int:
@@ -98,15 +102,44 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
             Dimension("PRIMING", max(horizon - 1, 0), "steps that fill the horizon"),
         ),
         constants=tuple(constants),
-        tables=(),
+        tables=tuple(
+            table
+            for axis, plant in zip(AXES, design.plants, strict=True)
+            for table in (
+                Table(f"a_columns_{axis}", plant.a.T, f"A of (11), {axis}, transposed"),
+                Table(f"b_{axis}", plant.b, f"B of (11), {axis}"),
+            )
+        ),
         state=_cascade_state(design),
         operations=(
             Operation("reset", "Stand at the first point of the path.", inputs=starts),
             Operation(
                 "step",
-                "One slow period: measure, govern, optimise, start the next interval.",
+                "plan and start in one, for a processor that needs no time to speak of.",
                 inputs=(*states, *point_ports(g.points, g.limits)),
                 outputs=tuple(outputs),
+            ),
+            Operation(
+                "predict",
+                "State at the next slow sample, from the one measured at the last.",
+                inputs=states,
+                outputs=tuple(Port(port.name, port.unit, port.doc) for port in states),
+            ),
+            Operation(
+                "plan",
+                "Govern and optimise for the state at the next slow sample; takes its time.",
+                inputs=(*states, *point_ports(g.points, g.limits)),
+                outputs=tuple(outputs),
+                shares="step",
+            ),
+            Operation(
+                "start",
+                "At the slow sample: begin what was planned. Short, not to be interrupted by fast_step.",
+                outputs=tuple(
+                    port
+                    for port in outputs
+                    if port.name in ("command_x", "command_y", "interval_points", "pending")
+                ),
             ),
             Operation(
                 "fast_step",
@@ -140,6 +173,8 @@ def _cascade_state(design: CascadeDesign) -> tuple[StateField, ...]:
         ]
     fields += [
         StateField("pending", "points taken and not yet processed", type="int32_t"),
+        StateField("offered", "points offered to the last plan", type="int32_t"),
+        StateField("planned", "1 between plan and start", type="int32_t"),
         StateField("priming", "priming steps left", type="int32_t"),
         StateField("ready", "1 after a successful reset", type="int32_t"),
     ]

@@ -26,8 +26,8 @@ class Status(IntEnum):
     OK = 0
     PRIMING = 1  # the horizon is being filled; the machine stands
     FINISHED = 2  # the whole path is processed
-    SUBOPTIMAL = 3  # iteration cap reached with a feasible iterate, which is used
-    BACKUP = 4  # iteration cap reached without one; the shifted plan (Corollary 1) is used
+    SUBOPTIMAL = 3  # iteration cap reached, the last iterate is feasible and used
+    BACKUP = 4  # iteration cap reached, it is not; the shifted plan (Corollary 1) is used
     INFEASIBLE = 5  # not even the shifted plan is feasible from the measured state; it is held
     NOT_FINITE = 6  # an input is NaN or infinite; the plan goes on without the measurement
     OUT_OF_RANGE = 7  # an input is outside its declared range; likewise
@@ -61,6 +61,7 @@ class Port:
 class Operation:
     """An entry point ``<prefix>_<name>(self, in, out)``; no struct where there are no ports.
 
+    ``shares`` names an operation with the same ports, whose structs this one uses too.
     ``returns_status`` is False for operations that cannot fail and have nothing to say.
     """
 
@@ -69,6 +70,7 @@ class Operation:
     inputs: tuple[Port, ...] = ()
     outputs: tuple[Port, ...] = ()
     returns_status: bool = True
+    shares: str = ""
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
         ),
         constants=(
             Constant("position_scale", 1.0 / lim.fast_range_m, "1/m: positions to rows"),
-            Constant("command_limit", reach, "m: no command beyond it; never binds"),
+            Constant("command_limit", reach, "m: no command beyond it"),
             Constant("margin", tol.margin, "the bounds are drawn in by this share"),
             Constant("tolerance", tol.accept, "violation of the drawn-in bounds accepted"),
             Constant("gap_limit", tol.gap, "duality gap accepted"),

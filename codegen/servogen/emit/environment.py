@@ -32,6 +32,7 @@ def make_environment(precision: Precision) -> jinja2.Environment:
         return wrap([real(v) for v in values])
 
     environment.filters["real"] = real
+    environment.filters["chomp"] = lambda text: str(text).rstrip("\n")
     environment.filters["numbers"] = numbers
     environment.filters["field"] = field_text
     environment.filters["port"] = port_text

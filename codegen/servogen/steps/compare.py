@@ -23,6 +23,7 @@ class StudyResult:
 
     rows: list[StudyRow]
     runs: dict[str, Run]
+    cap: int
 
     @property
     def passed(self) -> bool:
@@ -32,17 +33,24 @@ class StudyResult:
 
     def lines(self) -> list[str]:
         lines = [
-            "study     T/ideal (paper)   max a        mean a       mean v cm/s  work J/kg   "
-            "  backups"
+            "study     T/ideal (paper)   max a        max a at T_f  mean a       mean v cm/s  "
+            f"work J/kg      backups at a cap of {self.cap}"
         ]
         for row in self.rows:
             p = row.performance
+            between = next(b for b in row.bounds if b.name == "acceleration" and not b.enforced)
             lines.append(
                 f"  {row.name:9s} {p.ratio:.4f} ({PAPER[row.name][0] / PAPER_IDEAL_S:.3f})  "
-                f"{_two(p.max_acceleration, 1)}  {_two(p.mean_acceleration, 2)}  "
+                f"{_two(p.max_acceleration, 1)}  {between.worst:8.1f}"
+                f"{'*' if between.violation else ' '}    {_two(p.mean_acceleration, 2)}  "
                 f"{_two((100 * p.mean_velocity[0], 100 * p.mean_velocity[1]), 1)}  "
                 f"{_two(p.work, 1)}  {row.backups:4d} of {2 * row.periods}"
                 f"{'' if row.passed else '  FAILED'}"
+            )
+        if any(b.violation for row in self.rows for b in row.bounds if not b.enforced):
+            lines.append(
+                "          * over its limit between slow samples, where nothing holds it: "
+                "inter_sample_rows does"
             )
         return lines
 
@@ -50,6 +58,7 @@ class StudyResult:
         return {
             "schema": SCHEMA,
             "passed": self.passed,
+            "iteration_cap": self.cap,
             "rows": [
                 {**row_json(row), "passed": row.passed, "enforced": row.enforced,
                  "paper": _paper(row.name)}
@@ -77,8 +86,8 @@ def _paper(name: str) -> dict[str, object]:
 
 def compare(prepared: Prepared, progress: Progress) -> StudyResult:
     """Run all rows with their compiled C."""
-    rows, runs = run_study(prepared.machine, progress, run_compiled)
-    return StudyResult(rows, runs)
+    rows, runs = run_study(prepared.machine, prepared.tuning, progress, run_compiled)
+    return StudyResult(rows, runs, prepared.tuning.solver.cap)
 
 
 def run_compiled(machine: Machine, tuning: Tuning) -> Run:

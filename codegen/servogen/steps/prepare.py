@@ -28,6 +28,9 @@ from servogen.wcet.allowance import Allowance, iteration_allowance
 from servogen.wcet.package import PackageCount, count_package
 from servogen.wcet.targets import Target, load_target
 
+# The entry point that takes its time, anywhere inside the slow period: what the budget is for.
+SLOW = "plan"
+
 
 @dataclass(frozen=True)
 class Prepared:
@@ -76,14 +79,17 @@ def _allowed_cap(machine: Machine, tuning: Tuning) -> int:
     """The largest cap whose own count fits: an iteration's share of the cheap turns of a cycle
     depends on how many there are, so what was counted at one cap is confirmed at the next."""
     target = project_target(machine.project)
+    confirmed = False
     while True:
         package = package_of(design_cascade(machine, tuning))
         allowance = allow(machine, count_slow_step(package), target)
         if not allowance.largest_cap:
             raise CheckFailed(f"not one iteration fits the target: {allowance.sentence()}")
-        if allowance.fits and tuning.solver.cap <= allowance.largest_cap:
+        if confirmed and allowance.fits:
             return tuning.solver.cap
-        tuning = with_cap(tuning, min(allowance.largest_cap, tuning.solver.cap - 1))
+        most = tuning.solver.cap - 1 if confirmed else allowance.largest_cap
+        tuning = with_cap(tuning, min(allowance.largest_cap, most))
+        confirmed = True
 
 
 def project_target(project: Project, name: str | None = None) -> Target:
@@ -121,17 +127,17 @@ def count_emitted(package: CPackage) -> PackageCount:
 
 
 def count_slow_step(package: CPackage) -> PackageCount:
-    """The same for the cascade's slow step alone."""
+    """The same for the cascade's long part alone."""
     with written(package) as folder:
         return count_package(
-            [folder / name for name in package.sources], [folder], [f"{package.name}_step"]
+            [folder / name for name in package.sources], [folder], [f"{package.name}_{SLOW}"]
         )
 
 
 def allow(machine: Machine, counts: PackageCount, target: Target) -> Allowance:
     """What the slow step may use of the target, both axes together."""
     return iteration_allowance(
-        counts.entry_points[f"{machine.project.name}_step"],
+        counts.entry_points[f"{machine.project.name}_{SLOW}"],
         target,
         counts.precision,
         machine.slow_period_s,

@@ -59,9 +59,28 @@ class SimulateResult:
                 f"          {b.name} at {b.where}: {b.worst:.6g} of {b.limit:.6g} {b.unit}"
                 f"{mark}{kind}"
             )
+        tool, over = self._tool_acceleration()
+        limit = self.tool_limit_m_per_s2
+        lines.append(
+            f"          reference of the fast stage: {tool:.4g} of {limit:.4g} m/s^2, "
+            f"over on {over} of {len(self.run.reference)} fast samples (reported, not enforced)"
+        )
         if not self.row.complete:
             lines.append("          the path was not finished")
+        if not self.row.followed:
+            lines.append("          the reference left the path or skipped points")
         return lines
+
+    @property
+    def tool_limit_m_per_s2(self) -> float:
+        """The ideal machine's limit, the lower one of both axes."""
+        axes = self.run.machine.project.machine.axes
+        return min(axis.fast.acceleration_limit_m_per_s2 for _, axis in axes)
+
+    def _tool_acceleration(self) -> tuple[float, int]:
+        """Largest second difference of the reference, m/s^2, and samples where it is too large."""
+        values = np.max(np.abs(tool_acceleration(self.run)), axis=1)
+        return float(np.max(values)), int(np.sum(values > self.tool_limit_m_per_s2 * (1 + 1e-6)))
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -71,7 +90,9 @@ class SimulateResult:
             "contour_limit_m": self.contour_limit_m,
             "backup_share": self.backup_share,
             "iterations": iteration_figures(self.run),
-            "tool_acceleration_m_per_s2": float(np.max(np.abs(tool_acceleration(self.run)))),
+            "tool_acceleration_m_per_s2": self._tool_acceleration()[0],
+            "tool_acceleration_over_limit_samples": self._tool_acceleration()[1],
+            "tool_acceleration_limit_m_per_s2": self.tool_limit_m_per_s2,
             **row_json(self.row),
         }
 
@@ -93,6 +114,7 @@ def row_json(row: StudyRow) -> dict[str, object]:
     return {
         "name": row.name,
         "complete": row.complete,
+        "followed": row.followed,
         "periods": row.periods,
         "performance": {k: list(v) if isinstance(v, tuple) else v
                         for k, v in asdict(row.performance).items()},

@@ -115,7 +115,8 @@ def run_closed_loop(
     max_periods: int | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Run:
-    """Process the machine's path.
+    """Process the machine's path as a target would: during a period the controller predicts the
+    state at the next slow sample and plans for it; at the sample the plan is started.
 
     Args:
         max_periods: stop there; None for the whole path.
@@ -126,38 +127,53 @@ def run_closed_loop(
     """
     points, ratio = machine.timed.points, machine.ratio
     n = machine.slow[0].order
-    names = [port.name for port in cascade.declaration.operation("step").inputs[: 2 * n]]
     parts = [interval_propagation(slow, machine.fast_period_s, ratio) for slow in machine.slow]
     record = _Recorder([], [], [], [], [])
     state = np.zeros((2, n))
     state[:, 0] = points[0]
+    feeder = _Feeder(cascade, points, ratio, n)
     cascade.call("reset", {f"position_{a}": points[0, i] for i, a in enumerate(AXES)})
-    window = np.zeros((2, ratio))
-    given, first, complete = 0, 0, False
+    first, last = 0, len(points) - 1
+    planned = feeder.plan(state)
     limit = int(STALLED * (len(points) / ratio + 100))
-    while not complete and (max_periods is None or len(record.rows) < max_periods):
-        count = min(ratio, len(points) - 1 - given)
-        window[:, :count] = points[given + 1 : given + 1 + count].T
-        inputs: dict[str, Value] = dict(zip(names, state.ravel(), strict=True))
-        inputs |= {"points_x": window[0], "points_y": window[1], "n_points": count}
-        status, out = cascade.call("step", inputs)
-        given += _int(out["points_taken"])
-        if status is Status.PRIMING:
-            continue
-        complete = status is Status.FINISHED
-        if complete:
-            break
-        _record(record, cascade, status, out, state, first, ratio, parts)
+    while first < last and (max_periods is None or len(record.rows) < max_periods):
+        started, out = cascade.call("start")
+        status = max(planned[0], started if started is not Status.FINISHED else Status.OK)
+        _record(record, cascade, Status(status), planned[1] | out, state, first, ratio, parts)
         first += _int(out["interval_points"])
+        if first < last:
+            planned = feeder.plan(state)
         state = record.fine[-1][-1].copy()
         record.fine[-1] = record.fine[-1][:-1]
         if advance is not None:
             advance()
         if len(record.rows) > limit:
-            raise Stalled(
-                f"after {len(record.rows)} slow periods only {first} of {len(points) - 1} points"
-            )
-    return _finish(machine, record, complete or first == len(points) - 1)
+            raise Stalled(f"after {len(record.rows)} slow periods only {first} of {last} points")
+    return _finish(machine, record, first == last)
+
+
+class _Feeder:
+    """Gives the controller the measured state and the points that come next."""
+
+    def __init__(self, cascade: Cascade, points: FloatArray, ratio: int, order: int) -> None:
+        self.cascade, self.points, self.ratio = cascade, points, ratio
+        ports = cascade.declaration.operation("plan").inputs
+        self.names = [port.name for port in ports[: 2 * order]]
+        self.window = np.zeros((2, ratio))
+        self.given = 0
+
+    def plan(self, measured: FloatArray) -> tuple[Status, dict[str, Value]]:
+        """Plan from the state (2, n) measured at the last slow sample; primes where asked to."""
+        state = dict(zip(self.names, measured.ravel(), strict=True))
+        _, ahead = self.cascade.call("predict", state)
+        while True:
+            count = min(self.ratio, len(self.points) - 1 - self.given)
+            self.window[:, :count] = self.points[self.given + 1 : self.given + 1 + count].T
+            offered = {"points_x": self.window[0], "points_y": self.window[1], "n_points": count}
+            status, out = self.cascade.call("plan", {**ahead, **offered})
+            self.given += _int(out["points_taken"])
+            if status is not Status.PRIMING:
+                return status, out
 
 
 def _int(value: Value) -> int:

@@ -31,6 +31,9 @@ class LfsController:
         self._fast = FastStage(fast)
         cutoff = machine.project.controller.lfs.cutoff_hz
         self._keep = float(np.exp(-2.0 * np.pi * cutoff * machine.slow_period_s))
+        order = self._plants[0].order
+        self._names = [port.name for port in declaration.operation("plan").inputs[: 2 * order]]
+        self._state = np.zeros((2, order))
         self._last = np.zeros(2)
         self._command = np.zeros(2)
 
@@ -38,11 +41,28 @@ class LfsController:
         self, operation: str, inputs: dict[str, Value] | None = None
     ) -> tuple[Status, dict[str, Value]]:
         given = inputs or {}
-        if operation == "reset":
-            self._last = np.array([float(np.asarray(given[f"position_{a}"])) for a in AXES])
-            self._command = self._last.copy()
-            return self._fast.call("reset", given)
-        return self._step(given)
+        match operation:
+            case "reset":
+                self._last = np.array([float(np.asarray(given[f"position_{a}"])) for a in AXES])
+                self._command = self._last.copy()
+                return self._fast.call("reset", given)
+            case "predict":
+                ahead = [
+                    plant.a @ state + plant.b * command
+                    for plant, state, command in zip(
+                        self._plants, self._states(given), self._command, strict=True
+                    )
+                ]
+                return Status.OK, dict(zip(self._names, np.concatenate(ahead), strict=True))
+            case "plan":
+                return self._plan(given)
+            case "start":
+                return self._start()
+        raise KeyError(operation)
+
+    def _states(self, given: dict[str, Value]) -> FloatArray:
+        values = np.array([given[name] for name in self._names], dtype=float)
+        return values.reshape(2, -1)
 
     def repeat(self, operation: str, count: int) -> FloatArray:
         return np.array([list(self._outputs().values()) for _ in range(count)])
@@ -51,35 +71,24 @@ class LfsController:
         out = self._fast.step()
         return {p.name: out[p.name] for p in self._fast.declaration.operation("step").outputs}
 
-    def _step(self, given: dict[str, Value]) -> tuple[Status, dict[str, Value]]:
+    def _plan(self, given: dict[str, Value]) -> tuple[Status, dict[str, Value]]:
         count = int(np.asarray(given["n_points"]))
-        names = [port.name for port in self.declaration.operation("step").inputs]
-        n = self._plants[0].order
-        state = np.array([given[name] for name in names[: 2 * n]], dtype=float).reshape(2, n)
-        path = np.vstack(
-            [
-                self._last,
-                np.stack([np.asarray(given[f"points_{a}"])[:count] for a in AXES], axis=1),
-            ]
-        )
-        taken = self._reachable(path, state)
+        self._state = self._states(given)
+        ahead = [np.asarray(given[f"points_{a}"])[:count] for a in AXES]
+        path = np.vstack([self._last, np.stack(ahead, axis=1)])
+        taken = self._reachable(path, self._state)
         self._command = self._keep * self._command + (1.0 - self._keep) * path[taken]
         self._last = path[taken]
         self._fast.call("push", {**given, "n_points": taken})
-        begin: dict[str, Value] = dict(zip(names[: 2 * n], state.ravel(), strict=True))
+        nothing = dict.fromkeys(("iterations_x", "iterations_y", "status_x", "status_y"), 0)
+        return Status.OK, {"points_taken": taken, **nothing}
+
+    def _start(self) -> tuple[Status, dict[str, Value]]:
+        begin: dict[str, Value] = dict(zip(self._names, self._state.ravel(), strict=True))
         begin |= {f"slow_command_{a}": self._command[i] for i, a in enumerate(AXES)}
-        self._fast.call("begin", begin)
-        status = Status.FINISHED if count == 0 and taken == 0 else Status.OK
-        return status, {
-            "command_x": self._command[0],
-            "command_y": self._command[1],
-            "points_taken": taken,
-            "interval_points": taken,
-            "iterations_x": 0,
-            "iterations_y": 0,
-            "status_x": 0,
-            "status_y": 0,
-        }
+        status, began = self._fast.call("begin", begin)
+        commands = {f"command_{a}": self._command[i] for i, a in enumerate(AXES)}
+        return status, {**commands, "interval_points": began["interval_points"]}
 
     def _reachable(self, path: FloatArray, state: FloatArray) -> int:
         """Most points within the fast range of the slow position at both ends of the interval."""

@@ -162,6 +162,25 @@ def tool_acceleration(run: Run) -> FloatArray:
     return result
 
 
+def follows_path(run: Run) -> bool:
+    """Whether the reference passed every point of the path, in order, at no more than one a sample.
+
+    Judged from the points themselves, not from what the controller counts: ``along`` never steps
+    back or by more than one, and the reference lies where ``along`` says, to the last digits.
+    """
+    path, along = run.machine.timed.points, run.along
+    steps = np.diff(along)
+    slack = 1e-3 if run.machine.precision.is_float32 else 1e-9  # of a point
+    if np.any(steps < -slack) or np.any(steps > 1.0 + slack) or abs(along[0]) > slack:
+        return False
+    if run.complete and along[-1] < len(path) - 2.0:
+        return False
+    index = np.clip(np.floor(along).astype(np.int64), 0, len(path) - 2)
+    share = (along - index)[:, None]
+    expected = path[index] + share * (path[index + 1] - path[index])
+    return bool(np.max(np.abs(run.reference - expected)) <= 1e-6)
+
+
 def status_counts(run: Run) -> dict[str, int]:
     """How often each status was met, per axis and period."""
     values, counts = np.unique(run.status_axis, return_counts=True)

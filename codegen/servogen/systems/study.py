@@ -15,16 +15,11 @@ from servogen.systems.metrics import (
     Performance,
     bounds,
     contour_error,
+    follows_path,
     performance,
     status_counts,
 )
-from servogen.systems.two_stage import (
-    PAPER_CAP,
-    Machine,
-    Tuning,
-    design_cascade,
-    project_tuning,
-)
+from servogen.systems.two_stage import Machine, Tuning, design_cascade
 
 # Weights of position, velocity, acceleration, command; the paper does not publish its own.
 CALIBRATIONS = {
@@ -58,6 +53,7 @@ class StudyRow:
     statuses: dict[str, int]
     periods: int
     complete: bool
+    followed: bool
     enforced: bool
 
     @property
@@ -67,7 +63,11 @@ class StudyRow:
 
     @property
     def passed(self) -> bool:
-        return self.complete and (not self.enforced or all(b.passed for b in self.bounds))
+        return (
+            self.complete
+            and self.followed
+            and (not self.enforced or all(b.passed for b in self.bounds))
+        )
 
 
 def judge(name: str, run: Run, enforced: bool = True) -> StudyRow:
@@ -80,14 +80,13 @@ def judge(name: str, run: Run, enforced: bool = True) -> StudyRow:
         statuses=status_counts(run),
         periods=run.periods,
         complete=run.complete,
+        followed=follows_path(run),
         enforced=enforced,
     )
 
 
-def study_tunings(machine: Machine) -> dict[str, Tuning]:
-    """The governed rows of Table I: the project's solver settings at the paper's cap."""
-    own = project_tuning(machine.project)
-    own = replace(own, solver=replace(own.solver, cap=PAPER_CAP))
+def study_tunings(own: Tuning) -> dict[str, Tuning]:
+    """The governed rows of Table I with the project's own solver settings and cap."""
     tunings = {"SPRG": replace(own, horizon=0)}
     for horizon in (20, 3):
         for letter, weights in CALIBRATIONS.items():
@@ -97,14 +96,18 @@ def study_tunings(machine: Machine) -> dict[str, Tuning]:
 
 
 def run_study(
-    machine: Machine, progress: Progress, run_governed: Callable[[Machine, Tuning], Run]
+    machine: Machine,
+    own: Tuning,
+    progress: Progress,
+    run_governed: Callable[[Machine, Tuning], Run],
 ) -> tuple[list[StudyRow], dict[str, Run]]:
     """All rows, in the order of their completion times in the paper.
 
     Args:
+        own: the project's tuning, for its solver settings.
         run_governed: runs one design around the plant; whether with the C inside is its affair.
     """
-    tunings = study_tunings(machine)
+    tunings = study_tunings(own)
     rows: list[StudyRow] = []
     runs: dict[str, Run] = {}
     order = sorted(PAPER, key=lambda name: PAPER[name][0])

@@ -149,6 +149,7 @@ def design_cascade(
         governor=governor,
         mpc=_design_mpcs(machine, tuning, name, target) if tuning.horizon else None,
         fast=_design_fast(machine, tuning, name, target, order),
+        plants=(plants[0], plants[1]),
     )
 
 
