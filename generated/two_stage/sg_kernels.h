@@ -80,6 +80,17 @@ static inline void sg_copy(int n, const sg_real *from, sg_real *to)
     }
 }
 
+/* The first `used` of at most `size` elements; the rest becomes zero and is not read. */
+static inline void sg_copy_some(int size, int used, const sg_real *from, sg_real *to)
+{
+    for (int i = 0; i < size; i++) {
+        to[i] = (sg_real)0;
+        if (i < used) {
+            to[i] = from[i];
+        }
+    }
+}
+
 /* Drop x[0], append `last`. */
 static inline void sg_shift(int n, sg_real *x, sg_real last)
 {

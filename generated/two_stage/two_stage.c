@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design f9fdffe8777881aa2f9c00b168b3031f39fc7a4389488f565c965ac11e207c27.
+ * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
  *
  * SPRG-MPC cascade for a two-stage machine
  */
@@ -22,7 +22,7 @@ static sg_status two_stage_measure(two_stage_t *self, const two_stage_step_in *i
     status = sg_worse(status, sg_check(in->y_position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->y_velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->y_acceleration, -58.84, 58.84));
-if (status == SG_OK) {
+    if (status == SG_OK) {
         self->state_x[0] = in->x_position;
         self->state_x[1] = in->x_velocity;
         self->state_x[2] = in->x_acceleration;
@@ -44,18 +44,28 @@ static sg_status two_stage_govern(two_stage_t *self, const two_stage_step_in *in
     ask.x_velocity = end_x[1];
     ask.x_acceleration = end_x[2];
     ask.last_x = self->reference_x[TWO_STAGE_HORIZON];
-    sg_copy(TWO_STAGE_POINTS, in->points_x, ask.points_x);
-    sg_copy(TWO_STAGE_POINTS, in->points_x, push.points_x);
+    sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_x, ask.points_x);
+    sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_x, push.points_x);
     ask.y_position = end_y[0];
     ask.y_velocity = end_y[1];
     ask.y_acceleration = end_y[2];
     ask.last_y = self->reference_y[TWO_STAGE_HORIZON];
-    sg_copy(TWO_STAGE_POINTS, in->points_y, ask.points_y);
-    sg_copy(TWO_STAGE_POINTS, in->points_y, push.points_y);
+    sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_y, ask.points_y);
+    sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_y, push.points_y);
     ask.n_points = n_points;
     sg_status status = two_stage_governor_step(&self->governor, &ask, &told);
     push.n_points = told.points_taken;
-    status = sg_worse(status, two_stage_follower_push(&self->fast, &push));
+    const sg_status pushed = two_stage_follower_push(&self->fast, &push);
+    if (pushed != SG_OK) { /* nothing was queued, so nothing may be taken */
+        told.points_taken = 0;
+        told.reference_x = self->reference_x[TWO_STAGE_HORIZON];
+        told.low_x = told.reference_x;
+        told.high_x = told.reference_x;
+        told.reference_y = self->reference_y[TWO_STAGE_HORIZON];
+        told.low_y = told.reference_y;
+        told.high_y = told.reference_y;
+    }
+    status = sg_worse(status, pushed);
     self->pending = self->pending + told.points_taken;
     sg_shift(TWO_STAGE_REFERENCES, self->reference_x, told.reference_x);
     sg_shift(TWO_STAGE_INTERVALS, self->low_x, told.low_x);
@@ -68,8 +78,7 @@ static sg_status two_stage_govern(two_stage_t *self, const two_stage_step_in *in
 }
 
 /* Start the fast stage's next interval; FINISHED when nothing is left. */
-static sg_status two_stage_begin(two_stage_t *self, const two_stage_step_in *in, sg_status status,
-                               two_stage_step_out *out)
+static sg_status two_stage_begin(two_stage_t *self, sg_status status, int32_t *interval)
 {
     two_stage_follower_begin_in ask;
     two_stage_follower_begin_out told;
@@ -84,12 +93,13 @@ static sg_status two_stage_begin(two_stage_t *self, const two_stage_step_in *in,
     ask.slow_command_y = self->command_y;
     result = sg_worse(result, two_stage_follower_begin(&self->fast, &ask, &told));
     if (result == SG_OK) {
-        if ((self->pending + in->n_points) == 0) {
+        if ((self->pending + self->offered) == 0) {
             result = SG_FINISHED;
         }
     }
     self->pending = self->pending - told.interval_points;
-    out->interval_points = told.interval_points;
+    self->planned = 0;
+    *interval = told.interval_points;
     return result;
 }
 
@@ -109,10 +119,10 @@ static void two_stage_window_x(const two_stage_t *self, two_stage_mpc_step_in *a
 }
 
 /* Solve this axis, or go on with its plan where there is no usable measurement. */
-static sg_status two_stage_optimise_x(two_stage_t *self, int32_t usable, int32_t *iterations)
+static sg_status two_stage_optimise_x(two_stage_t *self, sg_status measured, int32_t *iterations)
 {
-    sg_status status = SG_OK;
-    if (usable == 1) {
+    sg_status status = measured;
+    if (measured == SG_OK) {
         two_stage_mpc_step_in ask;
         two_stage_mpc_step_out told;
         ask.position = self->state_x[0];
@@ -174,10 +184,10 @@ static void two_stage_window_y(const two_stage_t *self, two_stage_mpc_step_in *a
 }
 
 /* Solve this axis, or go on with its plan where there is no usable measurement. */
-static sg_status two_stage_optimise_y(two_stage_t *self, int32_t usable, int32_t *iterations)
+static sg_status two_stage_optimise_y(two_stage_t *self, sg_status measured, int32_t *iterations)
 {
-    sg_status status = SG_OK;
-    if (usable == 1) {
+    sg_status status = measured;
+    if (measured == SG_OK) {
         two_stage_mpc_step_in ask;
         two_stage_mpc_step_out told;
         ask.position = self->state_y[0];
@@ -240,6 +250,8 @@ void two_stage_init(two_stage_t *self)
     sg_fill(TWO_STAGE_ORDER, (sg_real)0, self->state_y);
     self->command_y = (sg_real)0;
     self->pending = 0;
+    self->offered = 0;
+    self->planned = 0;
     self->priming = 0;
     self->ready = 0;
 }
@@ -304,21 +316,70 @@ static sg_status two_stage_period(two_stage_t *self, const two_stage_step_in *in
         two_stage_seed_y(self);
         status = sg_worse(status, SG_PRIMING);
     } else {
-        const sg_status status_x = two_stage_optimise_x(self, usable, &out->iterations_x);
+        const sg_status status_x = two_stage_optimise_x(self, measured, &out->iterations_x);
         status = sg_worse(status, status_x);
         out->status_x = (int32_t)status_x;
         out->command_x = self->command_x;
-        const sg_status status_y = two_stage_optimise_y(self, usable, &out->iterations_y);
+        const sg_status status_y = two_stage_optimise_y(self, measured, &out->iterations_y);
         status = sg_worse(status, status_y);
         out->status_y = (int32_t)status_y;
         out->command_y = self->command_y;
-        status = two_stage_begin(self, in, status, out);
     }
     out->points_taken = taken;
     return status;
 }
 
-sg_status two_stage_step(two_stage_t *self, const two_stage_step_in *in, two_stage_step_out *out)
+static void two_stage_ahead_x(const two_stage_t *self, const sg_real *state, sg_real *ahead)
+{
+    sg_matvec(TWO_STAGE_ORDER, TWO_STAGE_ORDER, two_stage_a_columns_x, state, ahead);
+    for (int i = 0; i < TWO_STAGE_ORDER; i++) {
+        ahead[i] += two_stage_b_x[i] * self->command_x;
+    }
+}
+
+static void two_stage_ahead_y(const two_stage_t *self, const sg_real *state, sg_real *ahead)
+{
+    sg_matvec(TWO_STAGE_ORDER, TWO_STAGE_ORDER, two_stage_a_columns_y, state, ahead);
+    for (int i = 0; i < TWO_STAGE_ORDER; i++) {
+        ahead[i] += two_stage_b_y[i] * self->command_y;
+    }
+}
+
+sg_status two_stage_predict(two_stage_t *self, const two_stage_predict_in *in, two_stage_predict_out *out)
+{
+    sg_status status = SG_OK;
+    sg_real state_x[TWO_STAGE_ORDER];
+    sg_real ahead_x[TWO_STAGE_ORDER];
+    sg_copy(TWO_STAGE_ORDER, self->state_x, state_x);
+    sg_real state_y[TWO_STAGE_ORDER];
+    sg_real ahead_y[TWO_STAGE_ORDER];
+    sg_copy(TWO_STAGE_ORDER, self->state_y, state_y);
+    status = sg_worse(status, sg_check(in->x_position, -0.6000000000000001, 0.6000000000000001));
+    status = sg_worse(status, sg_check(in->x_velocity, -2.8, 2.8));
+    status = sg_worse(status, sg_check(in->x_acceleration, -58.84, 58.84));
+    status = sg_worse(status, sg_check(in->y_position, -0.6000000000000001, 0.6000000000000001));
+    status = sg_worse(status, sg_check(in->y_velocity, -2.8, 2.8));
+    status = sg_worse(status, sg_check(in->y_acceleration, -58.84, 58.84));
+    if (status == SG_OK) {
+        state_x[0] = in->x_position;
+        state_x[1] = in->x_velocity;
+        state_x[2] = in->x_acceleration;
+        state_y[0] = in->y_position;
+        state_y[1] = in->y_velocity;
+        state_y[2] = in->y_acceleration;
+    }
+    two_stage_ahead_x(self, state_x, ahead_x);
+    out->x_position = ahead_x[0];
+    out->x_velocity = ahead_x[1];
+    out->x_acceleration = ahead_x[2];
+    two_stage_ahead_y(self, state_y, ahead_y);
+    out->y_position = ahead_y[0];
+    out->y_velocity = ahead_y[1];
+    out->y_acceleration = ahead_y[2];
+    return (self->ready == 1) ? status : SG_NOT_READY;
+}
+
+sg_status two_stage_plan(two_stage_t *self, const two_stage_plan_in *in, two_stage_plan_out *out)
 {
     sg_status status = SG_NOT_READY;
     out->command_x = self->command_x;
@@ -330,8 +391,33 @@ sg_status two_stage_step(two_stage_t *self, const two_stage_step_in *in, two_sta
     out->iterations_y = 0;
     out->status_x = 0;
     out->status_y = 0;
-if (self->ready == 1) {
+    if (self->ready == 1) {
+        self->offered = in->n_points;
+        self->planned = (self->priming == 0) ? 1 : 0;
         status = two_stage_period(self, in, out);
+    }
+    out->pending = self->pending;
+    return status;
+}
+
+sg_status two_stage_start(two_stage_t *self, two_stage_start_out *out)
+{
+    sg_status status = SG_NOT_READY;
+    out->interval_points = 0;
+    if (self->planned == 1) {
+        status = two_stage_begin(self, SG_OK, &out->interval_points);
+    }
+    out->command_x = self->command_x;
+    out->command_y = self->command_y;
+    out->pending = self->pending;
+    return status;
+}
+
+sg_status two_stage_step(two_stage_t *self, const two_stage_step_in *in, two_stage_step_out *out)
+{
+    sg_status status = two_stage_plan(self, in, out);
+    if (self->planned == 1) {
+        status = two_stage_begin(self, status, &out->interval_points);
     }
     out->pending = self->pending;
     return status;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design f9fdffe8777881aa. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 0c59968619457fa9. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H
@@ -39,6 +39,8 @@ typedef struct {
     two_stage_real state_y[TWO_STAGE_ORDER]; /* state of the slow stage used */
     two_stage_real command_y; /* slow stage command, m */
     int32_t pending; /* points taken and not yet processed */
+    int32_t offered; /* points offered to the last plan */
+    int32_t planned; /* 1 between plan and start */
     int32_t priming; /* priming steps left */
     int32_t ready; /* 1 after a successful reset */
 } two_stage_t;
@@ -61,6 +63,15 @@ typedef struct {
 } two_stage_step_in;
 
 typedef struct {
+    two_stage_real x_position; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position */
+    two_stage_real x_velocity; /* m/s [-2.8 .. 2.8]: slow stage velocity */
+    two_stage_real x_acceleration; /* m/s^2 [-58.84 .. 58.84]: slow stage acceleration */
+    two_stage_real y_position; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position */
+    two_stage_real y_velocity; /* m/s [-2.8 .. 2.8]: slow stage velocity */
+    two_stage_real y_acceleration; /* m/s^2 [-58.84 .. 58.84]: slow stage acceleration */
+} two_stage_predict_in;
+
+typedef struct {
     two_stage_real command_x; /* m: slow stage position command */
     two_stage_real command_y; /* m: slow stage position command */
     int32_t points_taken; /* 1: points to drop from the front of the path */
@@ -73,6 +84,22 @@ typedef struct {
 } two_stage_step_out;
 
 typedef struct {
+    two_stage_real x_position; /* m: slow stage position */
+    two_stage_real x_velocity; /* m/s: slow stage velocity */
+    two_stage_real x_acceleration; /* m/s^2: slow stage acceleration */
+    two_stage_real y_position; /* m: slow stage position */
+    two_stage_real y_velocity; /* m/s: slow stage velocity */
+    two_stage_real y_acceleration; /* m/s^2: slow stage acceleration */
+} two_stage_predict_out;
+
+typedef struct {
+    two_stage_real command_x; /* m: slow stage position command */
+    two_stage_real command_y; /* m: slow stage position command */
+    int32_t interval_points; /* 1: points of the interval that begins */
+    int32_t pending; /* 1: points taken and not yet processed */
+} two_stage_start_out;
+
+typedef struct {
     two_stage_real command_x; /* m: fast stage command */
     two_stage_real command_y; /* m: fast stage command */
     two_stage_real reference_x; /* m: r_f of (22), where the tool should be */
@@ -80,14 +107,26 @@ typedef struct {
     two_stage_real along; /* 1: points of the interval behind that point */
 } two_stage_fast_step_out;
 
+typedef two_stage_step_in two_stage_plan_in;
+typedef two_stage_step_out two_stage_plan_out;
+
 /* Before anything else: clears the state. */
 void two_stage_init(two_stage_t *self);
 
 /* Stand at the first point of the path. */
 sg_status two_stage_reset(two_stage_t *self, const two_stage_reset_in *in);
 
-/* One slow period: measure, govern, optimise, start the next interval. */
+/* plan and start in one, for a processor that needs no time to speak of. */
 sg_status two_stage_step(two_stage_t *self, const two_stage_step_in *in, two_stage_step_out *out);
+
+/* State at the next slow sample, from the one measured at the last. */
+sg_status two_stage_predict(two_stage_t *self, const two_stage_predict_in *in, two_stage_predict_out *out);
+
+/* Govern and optimise for the state at the next slow sample; takes its time. */
+sg_status two_stage_plan(two_stage_t *self, const two_stage_plan_in *in, two_stage_plan_out *out);
+
+/* At the slow sample, not interrupted by fast_step: begin what was planned. */
+sg_status two_stage_start(two_stage_t *self, two_stage_start_out *out);
 
 /* One fast sample. */
 void two_stage_fast_step(two_stage_t *self, two_stage_fast_step_out *out);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from fast.c.jinja; not to be edited.
- * Design f9fdffe8777881aa2f9c00b168b3031f39fc7a4389488f565c965ac11e207c27.
+ * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
  *
  * Fast stage commands (22)-(23) and the feed along the points
  */
@@ -106,7 +106,7 @@ sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_f
     sg_status status = SG_OK;
     status = sg_worse(status, sg_check(in->position_x, -0.4, 0.4));
     status = sg_worse(status, sg_check(in->position_y, -0.4, 0.4));
-two_stage_follower_init(self);
+    two_stage_follower_init(self);
     if (status == SG_OK) {
         self->path_x[0] = in->position_x;
         self->state_x[0] = in->position_x;
@@ -133,7 +133,7 @@ sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_fo
     if (in->n_points > 150) {
         status = sg_worse(status, SG_OUT_OF_RANGE);
     }
-if (self->waiting >= TWO_STAGE_FOLLOWER_INTERVALS) {
+    if (self->waiting >= TWO_STAGE_FOLLOWER_INTERVALS) {
         status = (status == SG_OK) ? SG_OVERFLOW : status;
     }
     if (self->ready == 0) {
@@ -164,7 +164,7 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
     status = sg_worse(status, sg_check(in->y_velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->y_acceleration, -58.84, 58.84));
     status = sg_worse(status, sg_check(in->slow_command_y, -0.6000000000000001, 0.6000000000000001));
-if (self->ready == 0) {
+    if (self->ready == 0) {
         out->interval_points = 0;
         status = SG_NOT_READY;
     } else {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design f9fdffe8777881aa. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 0c59968619457fa9. */
 /* Fast stage commands (22)-(23) and the feed along the points */
 #ifndef TWO_STAGE_FOLLOWER_H
 #define TWO_STAGE_FOLLOWER_H

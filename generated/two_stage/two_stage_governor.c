@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from governor.c.jinja; not to be edited.
- * Design f9fdffe8777881aa2f9c00b168b3031f39fc7a4389488f565c965ac11e207c27.
+ * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
  *
  * Spatial reference governor (14)-(15), both axes
  */
@@ -171,7 +171,7 @@ sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_go
     if (in->n_points > 150) {
         status = sg_worse(status, SG_OUT_OF_RANGE);
     }
-two_stage_governor_extremes(self, in, 0);
+    two_stage_governor_extremes(self, in, 0);
     if (status == SG_OK) {
         two_stage_governor_extremes(self, in, in->n_points);
         taken = two_stage_governor_search(self, in, two_stage_governor_keep, in->n_points);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from mpc.c.jinja; not to be edited.
- * Design f9fdffe8777881aa2f9c00b168b3031f39fc7a4389488f565c965ac11e207c27.
+ * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
  *
  * Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1
  */
@@ -204,7 +204,7 @@ sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_i
 {
     sg_status status = SG_OK;
     status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
-self->ready = (status == SG_OK) ? 1 : 0;
+    self->ready = (status == SG_OK) ? 1 : 0;
     const sg_real where = (status == SG_OK) ? in->position : (sg_real)0;
     sg_fill(TWO_STAGE_MPC_HORIZON, where, self->plan);
     sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, self->predicted);
@@ -217,7 +217,7 @@ sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in 
 {
     sg_status status = SG_OK;
     status = sg_worse(status, sg_check(in->command, -0.6000000000000001, 0.6000000000000001));
-const sg_real command = (status == SG_OK) ? in->command : self->plan[TWO_STAGE_MPC_HORIZON - 1];
+    const sg_real command = (status == SG_OK) ? in->command : self->plan[TWO_STAGE_MPC_HORIZON - 1];
     sg_shift(TWO_STAGE_MPC_HORIZON, self->plan, command);
     return status;
 }
@@ -248,7 +248,7 @@ sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in 
     sg_real state[TWO_STAGE_MPC_ORDER];
     sg_status status = SG_OK;
     status = sg_worse(status, sg_check(in->reference, -0.4, 0.4));
-sg_copy(TWO_STAGE_MPC_ORDER, self->predicted, state);
+    sg_copy(TWO_STAGE_MPC_ORDER, self->predicted, state);
     two_stage_mpc_shift_plan(self, (status == SG_OK) ? in->reference : self->plan[TWO_STAGE_MPC_HORIZON - 1]);
     two_stage_mpc_accept(self, state);
     out->command = self->plan[0];
@@ -297,7 +297,7 @@ sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in 
                                              0.6000000000000001));
     status = sg_worse(status, sg_check_array(20, 20, in->high, -0.6000000000000001,
                                              0.6000000000000001));
-int32_t iterations = 0;
+    int32_t iterations = 0;
     if (self->ready == 0) {
         status = SG_NOT_READY;
     } else if (status != SG_OK) {

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design f9fdffe8777881aa. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 0c59968619457fa9. */
 /* Constant tables of two_stage_mpc; included by two_stage_mpc.c only. */
 #ifndef TWO_STAGE_MPC_TABLES_H
 #define TWO_STAGE_MPC_TABLES_H
 
 /* 1/m: positions to rows */
 static const sg_real two_stage_mpc_position_scale = 28.57142857142857;
-/* m: no command beyond it; never binds */
+/* m: no command beyond it */
 static const sg_real two_stage_mpc_command_limit = 0.6000000000000001;
 /* the bounds are drawn in by this share */
 static const sg_real two_stage_mpc_margin = 1.0e-06;

@@ -44,17 +44,24 @@ def test_same_files(fresh: dict[str, str]) -> None:
     assert sorted(path.name for path in COMMITTED.iterdir()) == sorted(fresh), HELP
 
 
+def _difference(name: str, committed: str, text: str) -> str | None:
+    """What differs by more than the tolerance, or None."""
+    old, new = _blocks(committed), _blocks(text)
+    if [block for block, _ in old] != [block for block, _ in new]:
+        return f"{name}: the text differs"
+    for (block, before), (_, after) in zip(old, new, strict=True):
+        scale = max((abs(v) for v in before), default=0.0)
+        for a, b in zip(before, after, strict=True):
+            if not abs(a - b) <= RELATIVE * scale:
+                return f"{name}, {block[:60]}: {a} is {b}"
+    return None
+
+
 def test_same_text_and_numbers(fresh: dict[str, str]) -> None:
     for name, text in fresh.items():
         committed = (COMMITTED / name).read_text(encoding="utf-8")
-        if committed == text or name == "manifest.json":
-            continue
-        old, new = _blocks(committed), _blocks(text)
-        assert [block for block, _ in old] == [block for block, _ in new], f"{name}: {HELP}"
-        for (block, before), (_, after) in zip(old, new, strict=True):
-            scale = max((abs(v) for v in before), default=0.0)
-            for a, b in zip(before, after, strict=True):
-                assert abs(a - b) <= RELATIVE * scale, f"{name}, {block[:60]}: {a} is {b}; {HELP}"
+        if committed != text and name != "manifest.json":
+            assert _difference(name, committed, text) is None, HELP
 
 
 def test_same_manifest_but_for_hashes(fresh: dict[str, str]) -> None:
@@ -66,9 +73,19 @@ def test_same_manifest_but_for_hashes(fresh: dict[str, str]) -> None:
     assert content(committed) == content(fresh["manifest.json"]), HELP
 
 
-def test_the_comparison_sees_a_changed_entry(fresh: dict[str, str]) -> None:
-    text = fresh["two_stage_mpc_tables.h"]
-    head, mark, table = text.partition("two_stage_mpc_absolute[")
-    first = NUMBER.findall(table)[5]
-    changed = head + mark + table.replace(first, repr(float(first) * 1.001), 1)
-    assert _blocks(text) != _blocks(changed)
+@pytest.mark.parametrize(("factor", "seen"), [(1.0 + 1e-6, True), (1.0 + 1e-12, False)])
+def test_the_comparison_sees_a_changed_entry(
+    fresh: dict[str, str], factor: float, seen: bool
+) -> None:
+    name = "two_stage_mpc_tables.h"
+    head, mark, table = fresh[name].partition("two_stage_mpc_absolute[")
+    entries = NUMBER.findall(table)[1:]
+    largest = max(entries[:400], key=lambda text: abs(float(text)))
+    changed = head + mark + table.replace(largest, repr(float(largest) * factor), 1)
+    assert changed != fresh[name]
+    assert (_difference(name, fresh[name], changed) is not None) == seen
+
+
+def test_the_comparison_sees_changed_text(fresh: dict[str, str]) -> None:
+    text = fresh["two_stage_mpc.c"]
+    assert _difference("two_stage_mpc.c", text, text.replace("if (", "while (", 1)) is not None

@@ -71,7 +71,8 @@ def test_a_file_of_required_keys_alone_has_the_example_s_controller(
     assert least.controller == example.controller
     assert least.output == example.output
     assert least.target == example.target
-    assert least.machine == example.machine
+    assert least.machine.x.slow == example.machine.x.slow
+    assert least.machine.x.fast.range_m == example.machine.x.fast.range_m
 
 
 def test_y_may_be_of_its_own(write: Callable[[str], Path]) -> None:

@@ -134,7 +134,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
             ),
             Operation(
                 "start",
-                "At the slow sample: begin what was planned. Short, not to be interrupted by fast_step.",
+                "At the slow sample, not interrupted by fast_step: begin what was planned.",
                 outputs=tuple(
                     port
                     for port in outputs

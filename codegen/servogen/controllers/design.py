@@ -148,7 +148,8 @@ class Declaration:
 
     @property
     def table_bytes(self) -> int:
-        return sum(t.values.size for t in self.tables) * self.precision.bytes
+        entries = len(self.constants) + sum(t.values.size for t in self.tables)
+        return entries * self.precision.bytes
 
     def operation(self, name: str) -> Operation:
         return next(op for op in self.operations if op.name == name)

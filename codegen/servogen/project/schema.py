@@ -53,7 +53,10 @@ class Governor(Section):
     ] = 0
     range_check: Annotated[
         Literal["both_ends", "as_printed"],
-        Field(description="where the fast range is tested in a slow interval"),
+        Field(
+            description="ends of an interval at which the fast range is tested; as_printed is the "
+            "paper's, which lets the slow stage leave it and fails the checks"
+        ),
     ] = "both_ends"
 
 

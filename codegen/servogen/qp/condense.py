@@ -99,6 +99,8 @@ def terminal_cost(plant: Discrete, q: FloatArray, factor: float) -> FloatArray:
 def lyapunov_excess(plant: Discrete, q: FloatArray, p: FloatArray) -> float:
     """Largest eigenvalue of A'PA - P + Q relative to P; (17) holds where it is not positive."""
     residual = plant.a.T @ p @ plant.a - p + q
+    if not np.any(p):  # nothing but the command is weighted: F = 0 and (17) holds with equality
+        return 0.0
     return float(np.max(np.linalg.eigvalsh(0.5 * (residual + residual.T))) / np.linalg.norm(p))
 
 

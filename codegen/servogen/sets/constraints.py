@@ -59,9 +59,20 @@ def shift_rows(slow: Discrete, limits: AxisLimits) -> FloatArray:
     if n < 3:
         raise SetError("slow stage order", n, "at least 3 (position, velocity, acceleration)")
     rest = np.eye(n)[0]
-    scale = np.max(np.abs(slow.a), axis=1)
-    if np.any(np.abs(slow.a @ rest + slow.b - rest) > SHIFT_TOLERANCE * scale):
-        raise SetError("slow stage dc gain", None, "one, with the position as first state")
+    # in shares of what matters: a command of the whole position limit may move a state that should
+    # stand still by no more than the tolerance times that state's limit
+    scale = np.maximum(np.max(np.abs(slow.a), axis=1), np.abs(slow.b))
+    scale[:3] = np.maximum(
+        scale[:3],
+        np.array([1.0, limits.velocity_m_per_s, limits.acceleration_m_per_s2]) / limits.position_m,
+    )
+    off = np.abs(slow.a @ rest + slow.b - rest) / scale
+    if np.any(off > SHIFT_TOLERANCE):
+        raise SetError(
+            "slow stage",
+            f"off by {float(np.max(off)):.3g} from rest under a constant command",
+            "a sampled dc gain of one, with the position as first state",
+        )
     rows = np.zeros((4, n + 1))
     rows[0, [0, n]] = 1.0 / limits.position_m
     rows[1, 1] = 1.0 / limits.velocity_m_per_s

@@ -24,7 +24,7 @@ import cffi
 
 from servogen.controllers.design import Declaration, Port
 from servogen.emit.package import CPackage, signature
-from servogen.errors import ServogenError
+from servogen.errors import InputError, ServogenError
 
 # Bit identity with the reference needs IEEE arithmetic in source order; speed comes from -O3, which
 # under strict ISO semantics reorders nothing.
@@ -123,7 +123,10 @@ def compile_package(
 
     Raises:
         BuildError: the compiler refused.
+        InputError: there is no compiler.
     """
+    if shutil.which("gcc") is None:
+        raise InputError(None, "gcc", "missing", "a C compiler on the PATH: apt-get install gcc")
     key = hashlib.sha256("".join(p.hash for p in packages).encode()).hexdigest()[:12]
     name = f"_sil_{packages[0].name}_{key}"
     sources: list[str] = []
@@ -161,12 +164,9 @@ def _shared_library(
     shim, library = folder / "sil_shim.c", folder / "libsil.so"
     shim.write_text("\n".join(_source(package, "") for package in packages), encoding="utf-8")
     command = ["gcc", *flags, "-shared", "-fPIC", f"-I{folder}", *sources, str(shim)]
-    try:
-        done = subprocess.run(
-            [*command, "-o", str(library)], capture_output=True, text=True, check=False
-        )
-    except FileNotFoundError as error:
-        raise BuildError("gcc is missing: apt-get install gcc") from error
+    done = subprocess.run(
+        [*command, "-o", str(library)], capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         raise BuildError(f"the emitted C does not compile: {done.stderr}")
     return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(library)))

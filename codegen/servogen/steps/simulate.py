@@ -37,12 +37,30 @@ class SimulateResult:
         return self.row.backups / max(2 * self.row.periods, 1)
 
     @property
+    def faults(self) -> list[str]:
+        """One sentence for each check that failed."""
+        row = self.row
+        found = [] if row.complete else ["the path was not finished"]
+        found += [] if row.followed else ["the reference left the path or skipped points"]
+        found += [
+            f"{b.name} at {b.where} reached {b.worst:.6g} of {b.limit:.6g} {b.unit}"
+            for b in row.bounds
+            if not b.passed
+        ]
+        if row.contour_error_m > self.contour_limit_m:
+            found.append(
+                f"contour error {1e6 * row.contour_error_m:.2f} um of "
+                f"{1e6 * self.contour_limit_m:.6g} um (target.contour_error_limit_m)"
+            )
+        if self.backup_share > BACKUP_SHARE:
+            found.append(
+                f"backups on {self.backup_share:.1%} of the axis steps, at most {BACKUP_SHARE:.0%}"
+            )
+        return found
+
+    @property
     def passed(self) -> bool:
-        return (
-            self.row.passed
-            and self.row.contour_error_m <= self.contour_limit_m
-            and self.backup_share <= BACKUP_SHARE
-        )
+        return not self.faults
 
     def lines(self) -> list[str]:
         p = self.row.performance
@@ -65,10 +83,7 @@ class SimulateResult:
             f"          reference of the fast stage: {tool:.4g} of {limit:.4g} m/s^2, "
             f"over on {over} of {len(self.run.reference)} fast samples (reported, not enforced)"
         )
-        if not self.row.complete:
-            lines.append("          the path was not finished")
-        if not self.row.followed:
-            lines.append("          the reference left the path or skipped points")
+        lines += [f"          FAILED: {fault}" for fault in self.faults]
         return lines
 
     @property
@@ -86,6 +101,7 @@ class SimulateResult:
         return {
             "schema": SCHEMA,
             "passed": self.passed,
+            "faults": self.faults,
             "inside": self.inside,
             "contour_limit_m": self.contour_limit_m,
             "backup_share": self.backup_share,

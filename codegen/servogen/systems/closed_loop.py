@@ -164,12 +164,16 @@ class _Feeder:
 
     def plan(self, measured: FloatArray) -> tuple[Status, dict[str, Value]]:
         """Plan from the state (2, n) measured at the last slow sample; primes where asked to."""
-        state = dict(zip(self.names, measured.ravel(), strict=True))
+        state: dict[str, Value] = dict(zip(self.names, measured.ravel(), strict=True))
         _, ahead = self.cascade.call("predict", state)
         while True:
             count = min(self.ratio, len(self.points) - 1 - self.given)
             self.window[:, :count] = self.points[self.given + 1 : self.given + 1 + count].T
-            offered = {"points_x": self.window[0], "points_y": self.window[1], "n_points": count}
+            offered: dict[str, Value] = {
+                "points_x": self.window[0],
+                "points_y": self.window[1],
+                "n_points": count,
+            }
             status, out = self.cascade.call("plan", {**ahead, **offered})
             self.given += _int(out["points_taken"])
             if status is not Status.PRIMING:

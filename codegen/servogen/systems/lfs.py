@@ -33,7 +33,7 @@ class LfsController:
         self._keep = float(np.exp(-2.0 * np.pi * cutoff * machine.slow_period_s))
         order = self._plants[0].order
         self._names = [port.name for port in declaration.operation("plan").inputs[: 2 * order]]
-        self._state = np.zeros((2, order))
+        self._state: FloatArray = np.zeros((2, order))
         self._last = np.zeros(2)
         self._command = np.zeros(2)
 
