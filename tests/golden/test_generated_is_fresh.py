@@ -30,13 +30,19 @@ def fresh() -> dict[str, str]:
     return dict(prepare(project, Silent()).package.files)
 
 
+def _masked(block: str) -> str:
+    head, mark, values = block.rpartition("=")
+    return head + mark + NUMBER.sub("#", values)
+
+
 def _blocks(text: str) -> list[tuple[str, list[float]]]:
     """Per table or line: its text without numbers and hashes, and its numbers."""
     masked = HASH.sub("HASH", text)
     blocks = []
     for block in re.split(r"(?<=;)\n", masked):
-        numbers = [float(token.rstrip("f")) for token in NUMBER.findall(block)]
-        blocks.append((re.sub(r"\s+", " ", NUMBER.sub("#", block)), numbers))
+        values = re.sub(r"/\*.*?\*/", "", block, flags=re.DOTALL).rpartition("=")[2]
+        numbers = [float(token.rstrip("f")) for token in NUMBER.findall(values)]
+        blocks.append((re.sub(r"\s+", " ", block if not numbers else _masked(block)), numbers))
     return blocks
 
 
