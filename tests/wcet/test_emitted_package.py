@@ -132,9 +132,7 @@ def test_the_start_is_counted_exactly(example: Counted) -> None:
 
 def test_tables_are_those_of_the_design(example: Counted) -> None:
     parts = example.package.declarations
-    single = sum(len(d.constants) * d.precision.bytes for d in parts)
-    tables = sum(d.table_bytes for d in parts)
-    assert example.counts.total_table_bytes == tables + single
+    assert example.counts.total_table_bytes == sum(d.table_bytes for d in parts)
 
 
 def test_counts_do_not_depend_on_the_folder(example: Counted, tmp_path: Path) -> None:
