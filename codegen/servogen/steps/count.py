@@ -13,8 +13,8 @@ SCHEMA = "servogen.wcet/1"
 
 @dataclass(frozen=True)
 class WcetResult:
-    """``slow``: the slow step in its share of the slow period; ``fast``: the fast step in the same
-    share of the fast period."""
+    """``slow``: the long part in its share of the slow period; ``fast``: the fast step in the same
+    share of the fast period; ``memory_bytes``: the target's, for tables."""
 
     counts: PackageCount
     slow: Allowance
@@ -22,10 +22,15 @@ class WcetResult:
     slow_entry: str
     fast_entry: str
     share: float
+    memory_bytes: int
+
+    @property
+    def tables_fit(self) -> bool:
+        return self.counts.total_table_bytes <= self.memory_bytes
 
     @property
     def passed(self) -> bool:
-        return self.slow.fits and self.fast.fits
+        return self.slow.fits and self.fast.fits and self.tables_fit
 
     def lines(self) -> list[str]:
         step = self.counts.entry_points[self.slow_entry]
@@ -35,8 +40,10 @@ class WcetResult:
             f"          worst case {_named(total)}",
             f"          per iteration of both axes {_named(one)}",
             f"          {self.fast_entry}: {self.fast.sentence()}",
-            f"          tables {self.counts.total_table_bytes} bytes, "
+            f"          tables {self.counts.total_table_bytes} bytes of {self.memory_bytes}"
+            f"{'' if self.tables_fit else ', TOO MANY'}, "
             f"stack of C objects {step.stack_bytes} bytes",
+            "          operations are counted in the C; their costs are the target file's estimates",
         ]
 
     def to_json(self) -> dict[str, object]:
@@ -44,6 +51,8 @@ class WcetResult:
             "schema": SCHEMA,
             "passed": self.passed,
             "share": self.share,
+            "memory_bytes": self.memory_bytes,
+            "tables_fit": self.tables_fit,
             "budgets": {
                 self.slow_entry: self.slow.to_json(),
                 self.fast_entry: self.fast.to_json(),
@@ -76,4 +85,5 @@ def count(prepared: Prepared, target_name: str | None) -> WcetResult:
         slow_entry=slow,
         fast_entry=fast,
         share=project.target.share,
+        memory_bytes=int(target.data_bytes.value + target.program_bytes.value),
     )
