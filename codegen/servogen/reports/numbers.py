@@ -35,13 +35,17 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def percent(share: float) -> str:
-    """A share of one; above 100 % never rounded down to it."""
+    """A share of one; never rounded to none or all of it where it is not."""
     if not math.isfinite(share):
         return str(share)
     value = 100.0 * share
     text = fixed(value, 1)
     if value > 100.0 and text == "100.0":
         text = "> 100"
+    if value < 100.0 and text == "100.0":
+        text = "> 99.9"
+    if value > 0.0 and text == "0.0":
+        text = "< 0.1"
     return f"{text.removesuffix('.0')}{_NARROW}%"
 
 

@@ -100,7 +100,8 @@ def _cycles(data: ReportData) -> KeyFigure:
     if data.wcet is None:
         return KeyFigure(name, "not run", "servogen wcet")
     budgets = data.wcet.get("budgets")
-    own = budgets.get(f"{data.machine.project.name}_step") if isinstance(budgets, Mapping) else None
+    # the first budget is the long part's
+    own = next(iter(budgets.values()), None) if isinstance(budgets, Mapping) else None
     if not isinstance(own, Mapping):
         return KeyFigure(name, NOTHING, "no budget given")
     return KeyFigure(name, _share(own.get("utilisation")), f"of the budget on {own.get('target')}")

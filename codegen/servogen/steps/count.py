@@ -43,7 +43,7 @@ class WcetResult:
             f"          tables {self.counts.total_table_bytes} bytes of {self.memory_bytes}"
             f"{'' if self.tables_fit else ', TOO MANY'}, "
             f"stack of C objects {step.stack_bytes} bytes",
-            "          operations are counted in the C; their costs are the target file's estimates",
+            "          operations are counted in the C; cycles are the target file's estimates",
         ]
 
     def to_json(self) -> dict[str, object]:
