@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
+ * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
  *
  * SPRG-MPC cascade for a two-stage machine
  */
@@ -345,7 +345,7 @@ static void two_stage_ahead_y(const two_stage_t *self, const sg_real *state, sg_
     }
 }
 
-sg_status two_stage_predict(two_stage_t *self, const two_stage_predict_in *in, two_stage_predict_out *out)
+sg_status two_stage_predict(const two_stage_t *self, const two_stage_predict_in *in, two_stage_predict_out *out)
 {
     sg_status status = SG_OK;
     sg_real state_x[TWO_STAGE_ORDER];

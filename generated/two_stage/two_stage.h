@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 0c59968619457fa9. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H
@@ -120,7 +120,7 @@ sg_status two_stage_reset(two_stage_t *self, const two_stage_reset_in *in);
 sg_status two_stage_step(two_stage_t *self, const two_stage_step_in *in, two_stage_step_out *out);
 
 /* State at the next slow sample, from the one measured at the last. */
-sg_status two_stage_predict(two_stage_t *self, const two_stage_predict_in *in, two_stage_predict_out *out);
+sg_status two_stage_predict(const two_stage_t *self, const two_stage_predict_in *in, two_stage_predict_out *out);
 
 /* Govern and optimise for the state at the next slow sample; takes its time. */
 sg_status two_stage_plan(two_stage_t *self, const two_stage_plan_in *in, two_stage_plan_out *out);

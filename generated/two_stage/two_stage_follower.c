@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from fast.c.jinja; not to be edited.
- * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
+ * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
  *
  * Fast stage commands (22)-(23) and the feed along the points
  */
@@ -194,6 +194,12 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
         out->interval_points = self->current;
     }
     return status;
+}
+
+void two_stage_follower_room(const two_stage_follower_t *self, two_stage_follower_room_out *out)
+{
+    /* an interval that ramps from the present end rate to one and stays there */
+    out->points = (int32_t)(two_stage_follower_flat + (two_stage_follower_ramp_half * ((sg_real)1 + self->rate_end)));
 }
 
 void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step_out *out)

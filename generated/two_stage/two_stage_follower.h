@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 0c59968619457fa9. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
 /* Fast stage commands (22)-(23) and the feed along the points */
 #ifndef TWO_STAGE_FOLLOWER_H
 #define TWO_STAGE_FOLLOWER_H
@@ -68,6 +68,10 @@ typedef struct {
 } two_stage_follower_begin_out;
 
 typedef struct {
+    int32_t points; /* 1: at most M */
+} two_stage_follower_room_out;
+
+typedef struct {
     two_stage_real command_x; /* m: fast stage command */
     two_stage_real command_y; /* m: fast stage command */
     two_stage_real reference_x; /* m: r_f of (22), where the tool should be */
@@ -86,6 +90,9 @@ sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_fo
 
 /* Start the next interval of the queue from the slow stage's measured state. */
 sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_follower_begin_in *in, two_stage_follower_begin_out *out);
+
+/* Most points the next interval can pass without a step in the feed. */
+void two_stage_follower_room(const two_stage_follower_t *self, two_stage_follower_room_out *out);
 
 /* One fast sample. */
 void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step_out *out);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from governor.c.jinja; not to be edited.
- * Design 0c59968619457fa9aa91cba3505c7ed56ff6c04effb384b4ff99e06e7eef9a57.
+ * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
  *
  * Spatial reference governor (14)-(15), both axes
  */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 0c59968619457fa9. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
 /* Spatial reference governor (14)-(15), both axes */
 #ifndef TWO_STAGE_GOVERNOR_H
 #define TWO_STAGE_GOVERNOR_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 0c59968619457fa9. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
 /* Constant tables of two_stage; included by two_stage.c only. */
 #ifndef TWO_STAGE_TABLES_H
 #define TWO_STAGE_TABLES_H

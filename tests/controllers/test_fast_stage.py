@@ -243,3 +243,25 @@ def test_command_is_clamped_to_the_range_it_declares():
     stage.call("begin", at_rest(stage, x_velocity=2.0))
     out = stage.step()
     assert out["command_x"] == pytest.approx(0.035 * 1.2)
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(st.lists(st.integers(0, 150), min_size=1, max_size=6))
+def test_an_interval_of_no_more_points_than_there_is_room_for_starts_without_a_step(counts):
+    # one interval at a time, as the governor alone queues them: the next one is never known
+    stage = fast_stage(horizon=0)
+    stage.call("reset", {"position_x": 0.0, "position_y": 0.0})
+    line = np.linspace(0, 0.01, 150)[:, None] * np.ones(2)
+    for count in counts:
+        room = stage.call("room")[1]["points"]
+        assert 0 < room <= 150
+        before = stage.rate_end
+        push(stage, line, min(count, room))
+        stage.call("begin", at_rest(stage))
+        assert stage.rate_begin <= before + 1e-12  # a step up never; down where the points are few
+        if count >= room:
+            assert stage.rate_begin == pytest.approx(before, abs=1e-12)
+
+
+def test_without_ramp_there_is_room_for_all_points():
+    assert fast_stage(ramp=0).call("room")[1]["points"] == 150

@@ -243,7 +243,11 @@ class Cascade:
     ) -> tuple[Status, dict[str, Value]]:
         if measured is not Status.OK:  # the fast stage's model has followed the last command
             self.state = [np.array(state, dtype=self._real) for state in self.fast.state]
-        status, govern = self._govern(given, self.state, measured is Status.OK)
+        # the next interval's feed is not known yet: only as many points as can follow this one's
+        offer = dict(given)
+        if int(np.asarray(given["n_points"])) <= self.design.governor.points:
+            offer["n_points"] = min(int(np.asarray(given["n_points"])), self.fast.room())
+        status, govern = self._govern(offer, self.state, measured is Status.OK)
         self.command = [self.reference[i][-1] for i in range(2)]
         return max(measured, status), self._outputs(
             points_taken=govern["points_taken"], status_x=int(measured), status_y=int(measured)

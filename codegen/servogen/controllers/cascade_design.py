@@ -124,6 +124,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                 "State at the next slow sample, from the one measured at the last.",
                 inputs=states,
                 outputs=tuple(Port(port.name, port.unit, port.doc) for port in states),
+                reads_only=True,
             ),
             Operation(
                 "plan",

@@ -62,6 +62,7 @@ class Operation:
     """An entry point ``<prefix>_<name>(self, in, out)``; no struct where there are no ports.
 
     ``shares`` names an operation with the same ports, whose structs this one uses too.
+    ``reads_only``: it leaves the state as it is.
     ``returns_status`` is False for operations that cannot fail and have nothing to say.
     """
 
@@ -71,6 +72,7 @@ class Operation:
     outputs: tuple[Port, ...] = ()
     returns_status: bool = True
     shares: str = ""
+    reads_only: bool = False
 
 
 @dataclass(frozen=True)

@@ -195,6 +195,13 @@ def declare_fast(design: FastDesign) -> Declaration:
                 outputs=(Port("interval_points", "1", "its points", integer=True),),
             ),
             Operation(
+                "room",
+                "Most points the next interval can pass without a step in the feed.",
+                outputs=(Port("points", "1", "at most M", integer=True),),
+                returns_status=False,
+                reads_only=True,
+            ),
+            Operation(
                 "step",
                 "One fast sample.",
                 outputs=(

@@ -59,6 +59,8 @@ class FastStage:
                 return self._push(given), {}
             case "begin":
                 return self._begin(given)
+            case "room":
+                return Status.OK, {"points": self.room()}
             case "step":
                 return Status.OK, self.step()
         raise KeyError(operation)
@@ -115,6 +117,12 @@ class FastStage:
         self.along = self._real(0.0)
         self._plan_feed(self._real(self.current), self._real(following))
         return status, {"interval_points": self.current}
+
+    def room(self) -> int:
+        """Points of an interval that ramps from the present end rate to one and stays there."""
+        if self.design.ramp == 0:
+            return self.design.points
+        return int(self._c["flat"] + self._c["ramp_half"] * (self._real(1.0) + self.rate_end))
 
     def _plan_feed(self, points: Scalar, following: Scalar) -> None:
         """Rates (points per fast sample) at the start, in the flat middle and at the end.

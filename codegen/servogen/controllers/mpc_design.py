@@ -232,6 +232,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
                 "State at the end of the shifted plan but one, from the measured state if usable.",
                 inputs=state,
                 outputs=tuple(Port(p.name, p.unit, p.doc) for p in state),
+                reads_only=True,
             ),
             Operation(
                 "step",

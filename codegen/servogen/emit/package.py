@@ -32,7 +32,7 @@ def signature(declaration: Declaration, operation: Operation) -> str:
     """C prototype of one entry point, without the semicolon."""
     p = declaration.prefix
     result = "sg_status" if operation.returns_status else "void"
-    const = "const " if operation.name == "candidate" else ""
+    const = "const " if operation.reads_only else ""
     arguments = [f"{const}{p}_t *self"]
     if operation.inputs:
         arguments.append(f"const {p}_{operation.name}_in *in")
