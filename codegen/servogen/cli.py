@@ -7,11 +7,13 @@ Exit status: 0 all well, 1 a check failed, 2 the input was wrong, 70 a fault of 
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TextIO
+from typing import Annotated, Any, NoReturn, Protocol, TextIO
 
 import typer
 
@@ -215,6 +217,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     for stream in (sys.stdout, sys.stderr):
         _never_fail_on_a_character(stream)
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _interrupt)  # a polite kill cleans up as Ctrl-C does
     try:
         status = int(app(arguments or ["--help"], standalone_mode=False) or 0)
         if status == INTERRUPTED:  # some versions of typer answer Ctrl-C with the status alone
@@ -230,6 +234,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         return _fail_unexpectedly(error)
     return status if arguments else WRONG_INPUT
+
+
+def _interrupt(number: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt
 
 
 def _fail_unexpectedly(error: Exception) -> int:

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = """
 import sys, time, types
 import servogen
@@ -28,8 +30,9 @@ sys.exit(main(["build", sys.argv[1], "-o", sys.argv[2]]))
 """
 
 
-def test_a_real_ctrl_c_ends_with_one_line_status_130_and_the_old_output(
-    small: Path, tmp_path: Path
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_real_signal_ends_with_one_line_status_130_and_the_old_output(
+    small: Path, tmp_path: Path, number: signal.Signals
 ) -> None:
     out = tmp_path / "out"
     out.mkdir()
@@ -42,7 +45,7 @@ def test_a_real_ctrl_c_ends_with_one_line_status_130_and_the_old_output(
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "half-way\n"
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert err.strip() == "servogen: interrupted"
