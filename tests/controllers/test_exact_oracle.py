@@ -14,8 +14,8 @@ from core_loop import run
 from servogen.controllers.cascade import Cascade
 from servogen.controllers.design import Status
 from servogen.project import load_project
-from servogen.project.physics import check_project
 from servogen.sil.compiled import CompiledController
+from servogen.systems.judgement import check_project
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_stage" / "servogen.toml"
 

@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 from servogen.paths.load import load_tool_path
 from servogen.paths.timing import TimedPath, time_path
 from servogen.project.load import load_project
-from servogen.project.physics import timed_path
+from servogen.systems.judgement import timed_path
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_stage"
 SAMPLES = Path(__file__).parent / "samples"

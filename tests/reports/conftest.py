@@ -12,9 +12,9 @@ from servogen.controllers.cascade import Cascade
 from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.project import load_project
-from servogen.project.physics import check_project
 from servogen.reports import ReportData
 from servogen.systems.closed_loop import run_closed_loop
+from servogen.systems.judgement import check_project
 from servogen.systems.metrics import contour_error
 from servogen.systems.study import judge
 from servogen.systems.two_stage import Machine, design_cascade, project_tuning

@@ -12,11 +12,11 @@ from core_loop import run, zigzag
 from servogen.controllers.cascade import Cascade
 from servogen.controllers.design import Status
 from servogen.project import load_project
-from servogen.project.physics import check_project
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Twin, compare
 from servogen.sil.random_calls import random_calls
 from servogen.sil.scenarios import suite
+from servogen.systems.judgement import check_project
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_stage" / "servogen.toml"
 # Two modules of several packages each: compiling is what takes the time here.

@@ -67,7 +67,7 @@ def load_project(path: Path) -> Project:
 
     Raises:
         InputError: the file cannot be read, is no TOML, or breaks the schema or a relation
-            between its keys. Plants and drawing are judged later, in ``project.physics``.
+            between its keys. Plants and drawing are judged later, in ``systems.judgement``.
     """
     path = Path(path)
     try:

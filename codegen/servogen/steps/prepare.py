@@ -16,7 +16,7 @@ from servogen.errors import CheckFailed
 from servogen.precision import Precision
 from servogen.progress import Progress
 from servogen.project import Project
-from servogen.project.physics import check_project
+from servogen.systems.judgement import check_project, of_the_project
 from servogen.systems.two_stage import (
     Machine,
     Tuning,
@@ -59,6 +59,22 @@ def package_of(design: CascadeDesign) -> CPackage:
     return emit_package(design.prefix, declare_parts(design))
 
 
+def check_target(project: Project) -> Target:
+    """Read the description of the processor.
+
+    Raises:
+        InputError: there is none of that name, it is faulty, or has no cycles for the precision.
+    """
+    with of_the_project(project):
+        target = load_target(project.target.name, project.file.parent)
+    precision = project.output.precision
+    if precision not in target.cycles:
+        known = " or ".join(f'"{name}"' for name in target.cycles)
+        expected = f"{known}, all that target {target.name} has cycles for"
+        raise project.error("output.precision", precision, expected)
+    return target
+
+
 def prepare(project: Project, progress: Progress) -> Prepared:
     """Plants, sets, path and design of a project; the cap from the target if asked for.
 
@@ -66,6 +82,7 @@ def prepare(project: Project, progress: Progress) -> Prepared:
         InputError: whatever is wrong with the project.
         CheckFailed: ``iteration_cap = "target"`` and not one iteration fits.
     """
+    check_target(project)
     with progress.task("Plants, admissible sets, path"):
         parts = check_project(project)
     machine = Machine(project, parts.plants, parts.sets, parts.timed)

@@ -13,12 +13,12 @@ from servogen.plants.errors import PlantError
 from servogen.plants.statespace import StateSpace, discretise
 from servogen.precision import PRECISIONS, Precision
 from servogen.project import Project
-from servogen.project.physics import Plants, Sets
 from servogen.project.settings import axis_limits
 from servogen.qp.condense import TrackingWeights
 from servogen.qp.tolerances import MINIMUM_MARGIN
 from servogen.sets.admissible import AdmissibleSet
 from servogen.sets.constraints import AxisLimits
+from servogen.systems.judgement import Plants, Sets
 
 # The governor tests what the program will be asked to keep with bounds drawn in by one margin; it
 # draws its own in by two, so that the plan it allows is feasible for the program too.

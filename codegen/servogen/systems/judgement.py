@@ -24,7 +24,6 @@ from servogen.project.machine import Axis
 from servogen.project.settings import axis_limits, motion_limits, path_settings, stage_settings
 from servogen.sets.admissible import AdmissibleSet, maximal_admissible_set
 from servogen.sets.errors import SetError
-from servogen.wcet.targets import Target, load_target
 
 # How far inside its set, in shares of the limits, a pair counts as an interior one: what the
 # linear programs that made the set resolve.
@@ -94,26 +93,10 @@ def timed_path(project: Project) -> TimedPath:
     Raises:
         InputError: the drawing cannot be read, or the path cannot be timed.
     """
-    with _of_the_project(project):
+    with of_the_project(project):
         tool_path = load_tool_path(path_settings(project), project.path.file)
         limits, period = motion_limits(project), project.sampling.fast_sample_time_s
         return time_path(tool_path, limits, period, project.path.feed_scale)
-
-
-def check_target(project: Project) -> Target:
-    """Read the description of the processor.
-
-    Raises:
-        InputError: there is none of that name, it is faulty, or has no cycles for the precision.
-    """
-    with _of_the_project(project):
-        target = load_target(project.target.name, project.file.parent)
-    precision = project.output.precision
-    if precision not in target.cycles:
-        known = " or ".join(f'"{name}"' for name in target.cycles)
-        expected = f"{known}, all that target {target.name} has cycles for"
-        raise project.error("output.precision", precision, expected)
-    return target
 
 
 def check_path(project: Project, timed: TimedPath, sets: Sets) -> None:
@@ -133,7 +116,7 @@ def check_path(project: Project, timed: TimedPath, sets: Sets) -> None:
 
 
 @contextmanager
-def _of_the_project(project: Project) -> Iterator[None]:
+def of_the_project(project: Project) -> Iterator[None]:
     """Give an error that names a key but no file the project's file."""
     try:
         yield
@@ -216,12 +199,11 @@ def _check_theorem_1(
 
 @dataclass(frozen=True)
 class Parts:
-    """A project's plants, sets, timed path and target, all judged."""
+    """A project's plants, sets and timed path, all judged."""
 
     plants: Plants
     sets: Sets
     timed: TimedPath
-    target: Target
 
 
 def check_project(project: Project) -> Parts:
@@ -232,7 +214,6 @@ def check_project(project: Project) -> Parts:
     """
     plants = check_plants(project)
     sets = check_sets(project, plants)
-    target = check_target(project)
     timed = timed_path(project)
     check_path(project, timed, sets)
-    return Parts(plants, sets, timed, target)
+    return Parts(plants, sets, timed)

@@ -10,8 +10,8 @@ import pytest
 from servogen.errors import InputError
 from servogen.paths.timing import TimedPath
 from servogen.project import Project, load_project
-from servogen.project.physics import Sets, check_path, check_plants, check_sets
 from servogen.resources import resource_dir
+from servogen.systems.judgement import Sets, check_path, check_plants, check_sets
 
 EXAMPLE = resource_dir("examples") / "two_stage" / "servogen.toml"
 
