@@ -392,9 +392,11 @@ sg_status two_stage_plan(two_stage_t *self, const two_stage_plan_in *in, two_sta
     out->status_x = 0;
     out->status_y = 0;
     if (self->ready == 1) {
+        const int32_t complete = (self->priming == 0) ? 1 : 0;
+        self->planned = 0; /* a start that comes too early finds no plan, not half of one */
         self->offered = in->n_points;
-        self->planned = (self->priming == 0) ? 1 : 0;
         status = two_stage_period(self, in, out);
+        self->planned = complete;
     }
     out->pending = self->pending;
     return status;

@@ -119,10 +119,11 @@ class Cascade:
             return Status.NOT_READY, self._outputs()
         measured = self._measured(given)
         self.offered = int(np.asarray(given["n_points"]))
-        self.planned = self.priming == 0
-        if self.mpc:
-            return self._mpc_step(given, measured)
-        return self._sprg_step(given, measured)
+        complete = self.priming == 0
+        step = self._mpc_step if self.mpc else self._sprg_step
+        result = step(given, measured)
+        self.planned = complete
+        return result
 
     def _start(self) -> tuple[Status, dict[str, Value]]:
         status, interval = Status.NOT_READY, 0
