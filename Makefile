@@ -4,7 +4,14 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 OUT    ?= out/two_stage
 
-.PHONY: run test lint format golden bench browser clean
+# The evidence about the emitted C, each piece a target of its own; what a target needs beyond gcc
+# it says itself. `servogen check list` has them with their packages.
+CHECKS   := counts compilers coverage sanitizers misra pil prove fuzz dsp
+PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes
+# out/two_stage for the project that `make run` is about, else out/<file>
+out_of = out/$(if $(filter servogen,$(notdir $(1))),$(patsubst %/,%,$(dir $(1))),$(notdir $(1)))
+
+.PHONY: run test lint format golden bench browser clean $(CHECKS) evidence certificate
 
 run: $(STAMP)
 	$(BIN)/servogen run examples/two_stage/servogen.toml -o $(OUT)
@@ -44,6 +51,9 @@ golden: $(STAMP)
 bench: $(STAMP)
 	@command -v valgrind > /dev/null || { echo "make bench needs valgrind: apt-get install valgrind"; exit 1; }
 	$(BIN)/python benchmarks/pqp_iteration.py
+
+$(CHECKS): $(STAMP)
+	$(foreach p,$(PROJECTS),$(BIN)/servogen check $@ examples/$(p).toml -o $(call out_of,$(p)) && ) :
 
 # The report in headless Chromium: every plot drawn, no console error. Judges the report of
 # "make run" where there is one.

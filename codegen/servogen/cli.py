@@ -140,6 +140,32 @@ def study(toml: Toml, json: Json = None) -> None:
 
 
 @app.command()
+def check(
+    name: Annotated[str, typer.Argument(metavar="CHECK", help="See servogen check list.")],
+    toml: Annotated[Path | None, typer.Argument(metavar="TOML", help="The project file.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="OUT", help="Default: out/ beside TOML."),
+    ] = None,
+    json: Json = None,
+) -> None:
+    """Examine the emitted C with one of the outside tools and keep the finding in OUT/evidence."""
+    from servogen.evidence.catalogue import CHECKS
+
+    if name == "list":
+        for one in CHECKS.values():
+            wants = f" (apt-get install {' '.join(one.needs)})" if one.needs else ""
+            print(f"{one.name:<11} {one.title}{wants}")
+        return
+    if name not in CHECKS:
+        raise InputError(None, "CHECK", name, f"one of list, {', '.join(CHECKS)}")
+    if toml is None:
+        raise InputError(None, "TOML", "missing", "the project file after the name of the check")
+    folder = toml.parent / "out" if out is None else out
+    _run_step("check", toml, json, name, folder)
+
+
+@app.command()
 def report(
     toml: Toml,
     out: Annotated[

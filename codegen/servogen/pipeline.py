@@ -13,6 +13,7 @@ from servogen.outputs import write_file
 from servogen.progress import Progress
 from servogen.project import Project
 from servogen.steps import build as building
+from servogen.steps import check as checking
 from servogen.steps import compare as comparing
 from servogen.steps import count as counting
 from servogen.steps import equivalence as proving
@@ -58,6 +59,11 @@ def simulate(project: Project, reference: bool, progress: Progress) -> simulatin
 def study(project: Project, progress: Progress) -> comparing.StudyResult:
     """The paper's Table I."""
     return comparing.compare(prepare(project, progress), progress)
+
+
+def check(project: Project, name: str, out: Path, progress: Progress) -> checking.CheckResult:
+    """One piece of evidence, kept in ``out``."""
+    return checking.check(prepare(project, progress), name, out, progress)
 
 
 def report(project: Project, out: Path, progress: Progress) -> reporting.ReportResult:

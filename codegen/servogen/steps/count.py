@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from servogen.steps.prepare import SLOW, Prepared, allow, count_emitted, project_target
+from servogen.steps.prepare import SLOW, Prepared, allow, project_target
 from servogen.wcet.allowance import Allowance, iteration_allowance
 from servogen.wcet.package import PackageCount
 
@@ -70,7 +70,7 @@ def count(prepared: Prepared, target_name: str | None) -> WcetResult:
     """Count every entry point; budget the two that run periodically."""
     project = prepared.machine.project
     target = project_target(project, target_name)
-    counts = count_emitted(prepared.package)
+    counts = prepared.counts_in(prepared.machine.precision)
     slow, fast = f"{project.name}_{SLOW}", f"{project.name}_fast_step"
     return WcetResult(
         counts=counts,

@@ -6,7 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -38,20 +38,34 @@ class Prepared:
 
     machine: Machine
     tuning: Tuning
+    _packages: dict[Precision, CPackage] = field(default_factory=dict, repr=False, compare=False)
+    _counts: dict[Precision, PackageCount] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def design(self) -> CascadeDesign:
         return design_cascade(self.machine, self.tuning)
 
-    @cached_property
+    @property
     def package(self) -> CPackage:
-        return package_of(self.design)
+        return self.package_in(self.machine.precision)
 
     def in_precision(self, precision: Precision) -> CascadeDesign:
         """The same design in another precision."""
         if precision is self.machine.precision:
             return self.design
         return design_cascade(self.machine, self.tuning, precision=precision)
+
+    def package_in(self, precision: Precision) -> CPackage:
+        """What is emitted in a precision."""
+        if precision not in self._packages:
+            self._packages[precision] = package_of(self.in_precision(precision))
+        return self._packages[precision]
+
+    def counts_in(self, precision: Precision) -> PackageCount:
+        """The worst case of what is emitted in a precision."""
+        if precision not in self._counts:
+            self._counts[precision] = count_emitted(self.package_in(precision))
+        return self._counts[precision]
 
 
 def package_of(design: CascadeDesign) -> CPackage:

@@ -1,0 +1,83 @@
+"""What a check found, and how it is kept beside the C it is about."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from servogen.errors import InputError
+from servogen.jsontext import json_text
+from servogen.outputs import write_file
+
+SCHEMA = "servogen.evidence/1"
+FOLDER = "evidence"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The result of one check that ran. A check that did not run has none.
+
+    Attributes:
+        check: its name in ``evidence.catalogue``.
+        passed: nothing was found wrong.
+        summary: one line for people, with the figures that matter.
+        tools: name -> version of every outside tool that took part.
+        subjects: precision -> digest of the C that was looked at (``bench.Subject.digest``).
+        figures: what was measured, plain JSON values.
+        faults: one sentence for each thing that is wrong; not empty if ``passed`` is False.
+        details: further lines for people.
+    """
+
+    check: str
+    passed: bool
+    summary: str
+    tools: Mapping[str, str]
+    subjects: Mapping[str, str]
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    faults: tuple[str, ...] = ()
+    details: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "schema": SCHEMA,
+            "check": self.check,
+            "passed": self.passed,
+            "summary": self.summary,
+            "tools": dict(self.tools),
+            "subjects": dict(self.subjects),
+            "figures": dict(self.figures),
+            "faults": list(self.faults),
+            "details": list(self.details),
+        }
+
+
+def evidence_file(out: Path, check: str) -> Path:
+    """Where a check's finding is kept in a project's output folder."""
+    return out / FOLDER / f"{check}.json"
+
+
+def keep(finding: Finding, out: Path, input_date: str) -> None:
+    """Write the finding, with the date of the input it is about."""
+    text = json_text({**finding.to_json(), "input_date": input_date})
+    write_file(evidence_file(out, finding.check), text)
+
+
+def kept(out: Path, check: str) -> dict[str, Any] | None:
+    """The finding as it was written; None if the check never ran for this folder.
+
+    Raises:
+        InputError: the file is not one of these.
+    """
+    path = evidence_file(out, check)
+    if not path.is_file():
+        return None
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(path, "file", None, f"JSON of the form {SCHEMA} ({error})") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA or data.get("check") != check:
+        raise InputError(path, "schema", None, f"{SCHEMA} of the check {check}")
+    return data
