@@ -151,18 +151,34 @@ def check(
 ) -> None:
     """Examine the emitted C with one of the outside tools and keep the finding in OUT/evidence."""
     from servogen.evidence.catalogue import CHECKS
+    from servogen.steps.check import titles
 
+    known = titles()
     if name == "list":
-        for one in CHECKS.values():
-            wants = f" (apt-get install {' '.join(one.needs)})" if one.needs else ""
-            print(f"{one.name:<11} {one.title}{wants}")
+        for each, title in known.items():
+            needs = CHECKS[each].needs if each in CHECKS else ()
+            wants = f" (apt-get install {' '.join(needs)})" if needs else ""
+            print(f"{each:<11} {title}{wants}")
         return
-    if name not in CHECKS:
-        raise InputError(None, "CHECK", name, f"one of list, {', '.join(CHECKS)}")
+    if name not in known:
+        raise InputError(None, "CHECK", name, f"one of list, {', '.join(known)}")
     if toml is None:
         raise InputError(None, "TOML", "missing", "the project file after the name of the check")
     folder = toml.parent / "out" if out is None else out
     _run_step("check", toml, json, name, folder)
+
+
+@app.command()
+def certificate(
+    toml: Toml,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="OUT", help="Default: out/ beside TOML."),
+    ] = None,
+    json: Json = None,
+) -> None:
+    """Gather what the checks found about this build into OUT/certificate.json."""
+    _run_step("certificate", toml, json, toml.parent / "out" if out is None else out)
 
 
 @app.command()

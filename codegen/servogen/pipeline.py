@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+from servogen.evidence.certificate import NOT_RUN, Certificate
+from servogen.evidence.finding import Finding
+from servogen.evidence.finding import keep as keep_finding
 from servogen.jsontext import json_text
 from servogen.outputs import write_file
 from servogen.progress import Progress
@@ -17,6 +20,7 @@ from servogen.steps import check as checking
 from servogen.steps import compare as comparing
 from servogen.steps import count as counting
 from servogen.steps import equivalence as proving
+from servogen.steps import findings as finding
 from servogen.steps import reporting
 from servogen.steps import simulate as simulating
 from servogen.steps.prepare import prepare
@@ -66,6 +70,11 @@ def check(project: Project, name: str, out: Path, progress: Progress) -> checkin
     return checking.check(prepare(project, progress), name, out, progress)
 
 
+def certificate(project: Project, out: Path, progress: Progress) -> Certificate:
+    """What is kept in ``out`` about this build, as one certificate."""
+    return checking.certify(prepare(project, progress), out)
+
+
 def report(project: Project, out: Path, progress: Progress) -> reporting.ReportResult:
     """The report of everything that can be computed without being asked: all but the study."""
     prepared = prepare(project, progress)
@@ -82,6 +91,7 @@ class RunResult:
     """All steps, in order, with their JSON beside the C."""
 
     steps: dict[str, Result]
+    certificate: Certificate | None = None
 
     @property
     def passed(self) -> bool:
@@ -90,6 +100,9 @@ class RunResult:
     def lines(self) -> list[str]:
         failed = [name for name, step in self.steps.items() if not step.passed]
         verdict = f"FAILED: {', '.join(failed)}" if failed else "all checks passed"
+        missing = [e.name for e in self.certificate.having(NOT_RUN)] if self.certificate else []
+        if missing:
+            verdict += f"; not run: {', '.join(missing)} (servogen check list)"
         return [*(line for s in self.steps.values() for line in s.lines()), f"run       {verdict}"]
 
     def to_json(self) -> dict[str, object]:
@@ -101,8 +114,11 @@ class RunResult:
 
 
 def run(project: Project, out: Path, progress: Progress) -> RunResult:
-    """Build, sil, wcet, simulate, study, report; the results as JSON beside them."""
+    """Build, prove the sets, sil, wcet, simulate, study, certificate, report; the results as JSON
+    beside them, and as evidence about the C that was built."""
     prepared = prepare(project, progress)
+    bench = checking.bench_of(prepared)
+    dated = checking.input_date(project)
     steps: dict[str, Result] = {}
 
     def keep(name: str, step: Kept) -> Kept:
@@ -111,11 +127,21 @@ def run(project: Project, out: Path, progress: Progress) -> RunResult:
         write_file(out / f"{name}.json", json_text(step.to_json()))
         return step
 
+    def found(name: str, what: Finding) -> None:
+        steps[name] = checking.CheckResult(what)
+        keep_finding(what, out, dated)
+
     keep("build", building.build(prepared, out / "c"))
+    found("sets", finding.sets_finding(prepared, bench))
+    found("terminal", finding.terminal_finding(prepared, bench))
     proven = keep("sil", proving.equivalence(prepared, None, progress))
+    keep_finding(finding.sil_finding(proven, bench), out, dated)
     counted = keep("wcet", counting.count(prepared, None))
+    keep_finding(finding.wcet_finding(counted, bench), out, dated)
     simulated = keep("simulate", simulating.simulate(prepared, False, progress))
+    keep_finding(finding.simulate_finding(simulated, bench), out, dated)
     studied = keep("study", comparing.compare(prepared, progress))
-    found = reporting.Findings(prepared, simulated, counted, proven, studied)
-    keep("report", reporting.report(found, out / "report.html"))
-    return RunResult(steps)
+    steps["evidence"] = certified = checking.certify(prepared, out)
+    shown = reporting.Findings(prepared, simulated, counted, proven, studied, certified)
+    keep("report", reporting.report(shown, out / "report.html"))
+    return RunResult(steps, certified)

@@ -11,6 +11,7 @@ import pytest
 from servogen.controllers.cascade import Cascade
 from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
+from servogen.evidence.certificate import Certificate, Entry
 from servogen.project import load_project
 from servogen.reports import ReportData
 from servogen.systems.closed_loop import run_closed_loop
@@ -108,8 +109,13 @@ def full(bare: ReportData) -> ReportData:
         "statuses": {"OK": 400, "NOT_FINITE": 13},
         "difference": None,
     }
+    entry = Entry("pil", "Processor in the loop", "passed", "91 answers equal", "check pil",
+                  {"qemu": "7.2.22"}, "2026-01-02")  # fmt: skip
     return replace(
         bare,
+        certificate=Certificate(
+            "corner", "0", "d" * 64, "float64", {"float64": "e" * 64}, "2026-01-02", (entry,)
+        ),
         study=[replace(bare.row, name="MPC-20-B"), replace(bare.row, name="LFS", enforced=False)],
         sil={
             "schema": "servogen.sil/1",

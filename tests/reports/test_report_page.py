@@ -135,15 +135,15 @@ def test_what_was_not_run_is_said_and_never_passed(bare_page: str) -> None:
     text = readable(bare_page)
     for verb in ("sil", "wcet", "study", "build"):
         assert f"servogen {verb} servogen.toml" in text
-    assert text.count("Not run.") == 4
+    assert text.count("Not run.") == 5
     states = re.findall(r'<li class="([a-z-]+)">', bare_page)
-    assert states == ["passed"] * 4 + ["not-run"] * 4
+    assert states == ["passed"] * 4 + ["not-run"] * 5
     assert "badge partly" in bare_page
-    assert "All 8 checks" not in text
+    assert "All 9 checks" not in text
 
 
 def test_all_passed_only_if_all_passed(full: ReportData, page: str) -> None:
-    assert "All 8 checks passed" in readable(page)
+    assert "All 9 checks passed" in readable(page)
     worse = [
         replace(full, sil={**(full.sil or {}), "passed": False}),
         replace(full, wcet={**(full.wcet or {}), "passed": False}),
@@ -156,6 +156,9 @@ def test_all_passed_only_if_all_passed(full: ReportData, page: str) -> None:
         replace(full, study=[replace(full.row, complete=False)]),
         replace(full, study=[replace(full.row, statuses={"BACKUP": full.row.periods})]),
     ]
+    assert full.certificate is not None
+    failed = replace(full.certificate.entries[0], state="failed")
+    worse.append(replace(full, certificate=replace(full.certificate, entries=(failed,))))
     broken = replace(full.row.bounds[0], worst=full.row.bounds[0].limit * 1.001)
     worse.append(replace(full, row=replace(full.row, bounds=(broken, *full.row.bounds[1:]))))
     for data in worse:
@@ -165,6 +168,21 @@ def test_all_passed_only_if_all_passed(full: ReportData, page: str) -> None:
     text = make_report(worse[0])
     assert "badge failed" in text
     assert text.count('<li class="failed">') == 1
+
+
+def test_the_certificate_says_what_was_not_run(full: ReportData, page: str) -> None:
+    assert "91 answers equal" in readable(page)
+    assert "qemu: 7.2.22" in readable(page)
+    assert full.certificate is not None
+    missing = replace(full.certificate.entries[0], state="not run", summary="")
+    data = replace(full, certificate=replace(full.certificate, entries=(missing,)))
+    text = make_report(data)
+    assert "badge partly" in text
+    assert "Certificate: incomplete" in readable(text)
+    assert text.count("servogen check pil") == 2  # in the list of checks and in the table
+    faulty = replace(missing, state="failed", faults=("call 3 <differs>",))
+    data = replace(full, certificate=replace(full.certificate, entries=(faulty,)))
+    assert "call 3 <differs>" in readable(make_report(data))
 
 
 def test_numbers_of_the_tables_are_those_of_the_data(full: ReportData, page: str) -> None:

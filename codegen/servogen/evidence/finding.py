@@ -29,6 +29,7 @@ class Finding:
         figures: what was measured, plain JSON values.
         faults: one sentence for each thing that is wrong; not empty if ``passed`` is False.
         details: further lines for people.
+        applies: False where the design has nothing that the check could be about.
     """
 
     check: str
@@ -39,12 +40,14 @@ class Finding:
     figures: Mapping[str, Any] = field(default_factory=dict)
     faults: tuple[str, ...] = ()
     details: tuple[str, ...] = ()
+    applies: bool = True
 
     def to_json(self) -> dict[str, object]:
         return {
             "schema": SCHEMA,
             "check": self.check,
             "passed": self.passed,
+            "applies": self.applies,
             "summary": self.summary,
             "tools": dict(self.tools),
             "subjects": dict(self.subjects),

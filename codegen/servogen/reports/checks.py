@@ -8,6 +8,7 @@ from typing import Any
 
 from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
+from servogen.evidence.certificate import FAILED, NOT_RUN, PASSED
 from servogen.reports.data import ReportData
 from servogen.reports.numbers import count, fixed, number, percent
 
@@ -60,6 +61,7 @@ def all_checks(data: ReportData) -> list[Check]:
         _step(data, "Fits the target", "wcet", data.wcet, _wcet_detail),
         _study(data),
         _build(data),
+        _evidence(data),
     ]
 
 
@@ -108,6 +110,19 @@ def _build(data: ReportData) -> Check:
     files = data.build.get("files")
     told = count(len(files), "file") if isinstance(files, Mapping | list) else "emitted"
     return Check(name, data.build.get("passed") is True, told)
+
+
+def _evidence(data: ReportData) -> Check:
+    """The certificate as one line; what it misses makes it one that was not run."""
+    found, name = data.certificate, "Evidence about the C"
+    if found is None:
+        return Check(name, None, "not run", f"servogen run {data.toml}")
+    missing, failed = found.having(NOT_RUN), found.having(FAILED)
+    if failed:
+        return Check(name, False, f"failed: {', '.join(entry.name for entry in failed)}")
+    if missing:
+        return Check(name, None, "not run", f"servogen {missing[0].command}")
+    return Check(name, found.result == PASSED, f"{len(found.having(PASSED))} checks")
 
 
 def _study(data: ReportData) -> Check:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from servogen.controllers.cascade_design import CascadeDesign
+from servogen.evidence.certificate import Certificate
 from servogen.precision import FloatArray
 from servogen.systems.closed_loop import Run
 from servogen.systems.study import StudyRow
@@ -25,6 +26,7 @@ class ReportData:
         design: what was emitted.
         study: the rows of Table I.
         sil, wcet, build: the JSON of these verbs.
+        certificate: what was shown about this build, and what was not.
         backup_share_limit: share of the axis steps on which the backup may be used.
     """
 
@@ -37,6 +39,7 @@ class ReportData:
     sil: Mapping[str, Any] | None = None
     wcet: Mapping[str, Any] | None = None
     build: Mapping[str, Any] | None = None
+    certificate: Certificate | None = None
     backup_share_limit: float = 0.01
 
     @property

@@ -14,6 +14,7 @@ from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.reports.checks import all_checks, verdict
 from servogen.reports.data import ReportData
+from servogen.reports.evidence_tables import evidence_parts
 from servogen.reports.path_figure import path_figure
 from servogen.reports.run_tables import (
     constraint_table,
@@ -76,6 +77,7 @@ def _sections(data: ReportData) -> list[Section]:
         Section("study", "Study", study),
         Section("sil", "Equivalence", tuple(sil_parts(data))),
         Section("wcet", "Cycles", tuple(wcet_parts(data))),
+        Section("evidence", "Evidence", tuple(evidence_parts(data))),
         Section("build", "Build", (*design_tables(data), *build_parts(data))),
     ]
 

@@ -8,10 +8,14 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from servogen import __version__
 from servogen.controllers.cascade_design import CascadeDesign
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.catalogue import CHECKS
+from servogen.evidence.certificate import FILE, Certificate, Wanted, entry_of
 from servogen.evidence.finding import Finding, keep
+from servogen.jsontext import json_text
+from servogen.outputs import write_file
 from servogen.precision import FLOAT32, FLOAT64, Precision
 from servogen.progress import Progress
 from servogen.project import Project
@@ -20,6 +24,7 @@ from servogen.sil.compiled import CompiledController
 from servogen.sil.player import Play
 from servogen.sil.recorder import Recorder
 from servogen.sil.scenarios import suite
+from servogen.steps.findings import STEPS, step_finding
 from servogen.steps.prepare import Prepared
 from servogen.systems.closed_loop import run_closed_loop
 
@@ -51,9 +56,39 @@ def check(prepared: Prepared, name: str, out: Path, progress: Progress) -> Check
     Raises:
         ToolMissing: the check cannot run here; nothing is written.
     """
-    finding = CHECKS[name].run(bench_of(prepared), progress)
+    bench = bench_of(prepared)
+    if name in STEPS:
+        finding = step_finding(prepared, name, bench, progress)
+    else:
+        finding = CHECKS[name].run(bench, progress)
     keep(finding, out, input_date(prepared.machine.project))
     return CheckResult(finding)
+
+
+def titles() -> dict[str, str]:
+    """Every check there is, name -> title, in the order of the certificate."""
+    return STEPS | {check.name: check.title for check in CHECKS.values()}
+
+
+def certify(prepared: Prepared, out: Path) -> Certificate:
+    """Gather what is kept in ``out`` about the C of this project into ``certificate.json``."""
+    project = prepared.machine.project
+    digests = bench_of(prepared).digests
+    wanted = [
+        Wanted(name, title, f"check {name} {project.file.name} -o {out.name}")
+        for name, title in titles().items()
+    ]
+    certificate = Certificate(
+        project=project.name,
+        version=__version__,
+        design_hash=prepared.package.hash,
+        precision=prepared.machine.precision.name,
+        digests=digests,
+        input_date=input_date(project),
+        entries=tuple(entry_of(one, out, digests) for one in wanted),
+    )
+    write_file(out / FILE, json_text(certificate.to_json()))
+    return certificate
 
 
 def bench_of(prepared: Prepared) -> Bench:
@@ -99,6 +134,8 @@ def _closed_loop(prepared: Prepared, precision: Precision) -> Callable[[int | No
 def input_date(project: Project) -> str:
     """Day of the newest file that the project is made of (UTC), or of ``SOURCE_DATE_EPOCH``."""
     chosen = os.environ.get("SOURCE_DATE_EPOCH", "")
-    files = (project.file, project.resolve(str(project.path.file)))
-    newest = int(chosen) if chosen.isdigit() else max(f.stat().st_mtime for f in files)
+    stages = [stage for _, axis in project.machine.axes for stage in (axis.slow, axis.fast)]
+    models = [stage.file for stage in stages if stage.model == "python"]
+    files = [project.file, project.path.file, *models]
+    newest = int(chosen) if chosen.isdigit() else max(Path(f).stat().st_mtime for f in files)
     return datetime.fromtimestamp(newest, UTC).date().isoformat()

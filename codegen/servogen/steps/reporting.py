@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from servogen.evidence.certificate import Certificate
 from servogen.outputs import write_file
 from servogen.reports import ReportData, make_report
 from servogen.steps.build import BuildResult
@@ -27,6 +28,7 @@ class Findings:
     wcet: WcetResult | None = None
     sil: SilResult | None = None
     study: StudyResult | None = None
+    certificate: Certificate | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ def report(found: Findings, out: Path) -> ReportResult:
         wcet=found.wcet.to_json() if found.wcet else None,
         build=built.to_json(),
         design=prepared.design,
+        certificate=found.certificate,
     )
     page = make_report(data)
     write_file(out, page)

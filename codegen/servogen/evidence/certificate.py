@@ -1,0 +1,151 @@
+"""One certificate per build: what was shown about it, with what, and what was not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from servogen.evidence.finding import kept
+
+SCHEMA = "servogen.certificate/1"
+FILE = "certificate.json"
+PASSED, FAILED, NOT_RUN, NOT_APPLICABLE = "passed", "failed", "not run", "does not apply"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A check that the certificate asks for, and the command that runs it."""
+
+    name: str
+    title: str
+    command: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One check on the certificate.
+
+    Attributes:
+        state: ``PASSED``, ``FAILED``, ``NOT_RUN`` or ``NOT_APPLICABLE``.
+        summary: what was found, or why there is nothing.
+        input_date: of the project's files when it ran; empty if it did not.
+    """
+
+    name: str
+    title: str
+    state: str
+    summary: str
+    command: str
+    tools: Mapping[str, str] = field(default_factory=dict)
+    input_date: str = ""
+    faults: tuple[str, ...] = ()
+    figures: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "name": self.name,
+            "title": self.title,
+            "result": self.state,
+            "summary": self.summary,
+            "command": self.command,
+            "tools": dict(self.tools),
+            "input_date": self.input_date or None,
+            "faults": list(self.faults),
+            "figures": dict(self.figures),
+        }
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """All entries about the C with these digests (precision -> sha-256 of its files).
+
+    ``precision``: the one that is shipped; ``input_date``: of the project now.
+    """
+
+    project: str
+    version: str
+    design_hash: str
+    precision: str
+    digests: Mapping[str, str]
+    input_date: str
+    entries: tuple[Entry, ...]
+
+    def having(self, state: str) -> list[Entry]:
+        return [entry for entry in self.entries if entry.state == state]
+
+    @property
+    def result(self) -> str:
+        """``failed`` if any check did, ``passed`` if all that apply did, else ``incomplete``."""
+        if self.having(FAILED):
+            return FAILED
+        if self.having(NOT_RUN) or not self.having(PASSED):
+            return "incomplete"
+        return PASSED
+
+    @property
+    def passed(self) -> bool:
+        """No check failed; one that was not run has not failed, and ``result`` says so."""
+        return self.result != FAILED
+
+    def lines(self) -> list[str]:
+        counted = ", ".join(
+            f"{len(self.having(state))} {state}"
+            for state in (PASSED, FAILED, NOT_RUN, NOT_APPLICABLE)
+            if self.having(state)
+        )
+        lines = [f"evidence  {self.result}: {counted}"]
+        for entry in self.entries:
+            told = f"servogen {entry.command}" if entry.state == NOT_RUN else entry.summary
+            why = f"{entry.summary}; " if entry.state == NOT_RUN and entry.summary else ""
+            lines.append(f"          {entry.name:<11} {entry.state:<9} {why}{told}")
+        return lines
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "schema": SCHEMA,
+            "result": self.result,
+            "project": self.project,
+            "servogen": self.version,
+            "design_hash": self.design_hash,
+            "precision": self.precision,
+            "c_sha256": dict(self.digests),
+            "input_date": self.input_date,
+            "checks": [entry.to_json() for entry in self.entries],
+        }
+
+
+def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str]) -> Entry:
+    """The entry that the finding kept in ``out`` supports, for the C with these digests.
+
+    A finding about other C, or about one precision less, is no evidence: the check was not run.
+
+    Raises:
+        InputError: the finding's file is not one.
+    """
+    found = kept(out, wanted.name)
+    if found is None:
+        return Entry(wanted.name, wanted.title, NOT_RUN, "", wanted.command)
+    subjects = found.get("subjects")
+    if not isinstance(subjects, Mapping) or any(subjects.get(p) != d for p, d in digests.items()):
+        why = "the finding that was kept is about another build"
+        return Entry(wanted.name, wanted.title, NOT_RUN, why, wanted.command)
+    return Entry(
+        name=wanted.name,
+        title=wanted.title,
+        state=_state(found),
+        summary=str(found.get("summary", "")),
+        command=wanted.command,
+        tools={str(k): str(v) for k, v in dict(found.get("tools") or {}).items()},
+        input_date=str(found.get("input_date", "")),
+        faults=tuple(str(fault) for fault in found.get("faults") or ()),
+        figures=dict(found.get("figures") or {}),
+    )
+
+
+def _state(found: Mapping[str, Any]) -> str:
+    """What does not clearly say that it passed has failed."""
+    if found.get("passed") is not True or found.get("faults"):
+        return FAILED
+    return PASSED if found.get("applies", True) is True else NOT_APPLICABLE

@@ -1,0 +1,106 @@
+"""What was not run, or ran on other C, counts for nothing; what does not say it passed has not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from servogen.errors import InputError
+from servogen.evidence.certificate import (
+    FAILED,
+    NOT_APPLICABLE,
+    NOT_RUN,
+    PASSED,
+    Certificate,
+    Wanted,
+    entry_of,
+)
+from servogen.evidence.finding import Finding, evidence_file, keep
+
+DIGESTS = {"float64": "a" * 64, "float32": "b" * 64}
+WANTED = Wanted("pil", "Processor in the loop", "check pil p.toml -o out")
+GOOD = Finding("pil", True, "all equal", {"qemu": "7.2"}, DIGESTS, {"calls": 5})
+
+
+def state(out: Path) -> str:
+    return entry_of(WANTED, out, DIGESTS).state
+
+
+def test_what_is_kept_is_shown_with_its_tools_and_date(tmp_path: Path) -> None:
+    keep(GOOD, tmp_path, "2026-01-02")
+    entry = entry_of(WANTED, tmp_path, DIGESTS)
+    assert (entry.state, entry.summary, entry.input_date) == (PASSED, "all equal", "2026-01-02")
+    assert entry.tools == {"qemu": "7.2"}
+    assert entry.figures == {"calls": 5}
+
+
+def test_nothing_kept_is_not_run_and_names_the_command(tmp_path: Path) -> None:
+    entry = entry_of(WANTED, tmp_path, DIGESTS)
+    assert (entry.state, entry.command) == (NOT_RUN, "check pil p.toml -o out")
+
+
+@pytest.mark.parametrize(
+    "subjects",
+    [{}, {"float64": "a" * 64}, {"float64": "a" * 64, "float32": "c" * 64}],
+    ids=["none", "one precision", "other C"],
+)
+def test_a_finding_about_other_c_is_no_evidence(tmp_path: Path, subjects: dict[str, str]) -> None:
+    keep(replace(GOOD, subjects=subjects), tmp_path, "2026-01-02")
+    entry = entry_of(WANTED, tmp_path, DIGESTS)
+    assert entry.state == NOT_RUN
+    assert "another build" in entry.summary
+    assert not entry.figures
+
+
+def test_failed_and_not_applicable(tmp_path: Path) -> None:
+    keep(replace(GOOD, passed=False), tmp_path, "")
+    assert state(tmp_path) == FAILED
+    keep(replace(GOOD, faults=("call 3 differs",)), tmp_path, "")
+    assert state(tmp_path) == FAILED
+    keep(replace(GOOD, applies=False), tmp_path, "")
+    assert state(tmp_path) == NOT_APPLICABLE
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"schema": "servogen.evidence/1", "check": "misra"}'])
+def test_a_file_that_is_no_finding_is_refused(tmp_path: Path, text: str) -> None:
+    file = evidence_file(tmp_path, "pil")
+    file.parent.mkdir()
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"pil\.json"):
+        entry_of(WANTED, tmp_path, DIGESTS)
+
+
+def test_a_finding_that_does_not_say_passed_has_failed(tmp_path: Path) -> None:
+    keep(GOOD, tmp_path, "")
+    file = evidence_file(tmp_path, "pil")
+    data = json.loads(file.read_text())
+    for value in (None, "true", 1):
+        file.write_text(json.dumps(data | {"passed": value}))
+        assert state(tmp_path) == FAILED
+
+
+def certificate(*states: str) -> Certificate:
+    made = entry_of(WANTED, Path("/nowhere"), DIGESTS)
+    entries = tuple(replace(made, state=s) for s in states)
+    return Certificate("p", "0", "h", "float64", DIGESTS, "", entries)
+
+
+@pytest.mark.parametrize(
+    ("states", "result"),
+    [
+        ((PASSED, PASSED), "passed"),
+        ((PASSED, NOT_APPLICABLE), "passed"),
+        ((PASSED, NOT_RUN), "incomplete"),
+        ((NOT_APPLICABLE,), "incomplete"),
+        ((), "incomplete"),
+        ((PASSED, FAILED, NOT_RUN), "failed"),
+    ],
+)
+def test_the_result_is_that_of_the_worst(states: tuple[str, ...], result: str) -> None:
+    made = certificate(*states)
+    assert made.result == result
+    assert made.to_json()["result"] == result
+    assert made.passed is (result != "failed")
