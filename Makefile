@@ -55,6 +55,20 @@ bench: $(STAMP)
 $(CHECKS): $(STAMP)
 	$(foreach p,$(PROJECTS),$(BIN)/servogen check $@ examples/$(p).toml -o $(call out_of,$(p)) && ) :
 
+# All of it, then the line itself, so that its report and certificate show what was found. What
+# could not run is told, and makes the target fail.
+evidence: $(STAMP)
+	@failed=; for check in $(CHECKS); do \
+	  $(MAKE) --no-print-directory $$check || failed="$$failed $$check"; done; \
+	for project in $(PROJECTS); do \
+	  case $$project in */servogen) out=out/$${project%/servogen};; *) out=out/$${project##*/};; esac; \
+	  $(BIN)/servogen run examples/$$project.toml -o $$out || failed="$$failed run:$$project"; done; \
+	test -z "$$failed" || { echo "FAILED OR NOT RUN:$$failed"; exit 1; }
+
+# What is kept in out/ about the present build, as one certificate per project.
+certificate: $(STAMP)
+	$(foreach p,$(PROJECTS),$(BIN)/servogen certificate examples/$(p).toml -o $(call out_of,$(p)) && ) :
+
 # The report in headless Chromium: every plot drawn, no console error. Judges the report of
 # "make run" where there is one.
 browser: $(STAMP)

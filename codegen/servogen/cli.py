@@ -1,7 +1,8 @@
 """The verbs of the command line.
 
-Exit status: 0 all well, 1 a check failed, 2 the input was wrong, 70 a fault of servogen's own,
-130 interrupted. A fault is one line on standard error; results go to standard output.
+Exit status: 0 all well, 1 a check failed, 2 the input was wrong, 3 a check could not run for want
+of a tool, 70 a fault of servogen's own, 130 interrupted. A fault is one line on standard error;
+results go to standard output.
 """
 
 from __future__ import annotations

@@ -48,6 +48,8 @@ def recorded(fake: types.SimpleNamespace, verb: str, result: FakeResult) -> list
         (("report", "-o", "report.html"), ("report.html",), {}),
         (("run",), ("out",), {}),
         (("run", "-o", "there"), ("there",), {}),
+        (("certificate",), ("out",), {}),
+        (("certificate", "-o", "there"), ("there",), {}),
     ],
 )
 def test_verbs_call_their_step(
@@ -64,6 +66,35 @@ def test_verbs_call_their_step(
     outcome = servogen_command(arguments[0], small.name, *arguments[1:])
     assert outcome == Outcome(0, "one\ntwo\n", "")
     assert calls == [("small", tuple(Path(arg) for arg in args), options)]
+
+
+def test_a_check_gets_its_name_and_the_folder_of_the_evidence(
+    small: Path, servogen_command: Command, fake_pipeline: types.SimpleNamespace
+) -> None:
+    calls = recorded(fake_pipeline, "check", FakeResult(told=["equal"]))
+    assert servogen_command("check", "pil", small) == Outcome(0, "equal\n", "")
+    assert servogen_command("check", "pil", small, "-o", "there").status == 0
+    assert [c[1] for c in calls] == [("pil", small.parent / "out"), ("pil", Path("there"))]
+
+
+def test_the_list_of_checks_names_what_each_wants(servogen_command: Command) -> None:
+    outcome = servogen_command("check", "list")
+    assert outcome.status == 0
+    lines = {line.split()[0]: line for line in outcome.out.splitlines()}
+    assert "apt-get install" in lines["pil"]
+    assert "qemu-system-arm" in lines["pil"]
+    assert "apt-get" not in lines["sil"]
+    assert set(lines) >= {"sets", "terminal", "wcet", "misra", "prove", "dsp", "coverage", "fuzz"}
+
+
+@pytest.mark.parametrize("arguments", [("nonsense",), ("nonsense", "p.toml"), ("pil",)])
+def test_a_check_that_is_none_or_has_no_project(
+    arguments: tuple[str, ...], servogen_command: Command
+) -> None:
+    outcome = servogen_command("check", *arguments)
+    assert outcome.status == 2
+    assert "expected" in outcome.err
+    assert outcome.err.count("\n") == 1
 
 
 def test_default_folders_stand_beside_the_project_file(

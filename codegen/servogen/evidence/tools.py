@@ -12,12 +12,14 @@ from servogen.errors import CheckFailed, InputError
 
 
 class ToolMissing(InputError):
-    """A check cannot run here: one of its tools is not installed.
+    """A check cannot run here: one of its tools is not installed (exit status 3).
 
     Args:
         tool: the command looked for.
         remedy: what to do, ``apt-get install qemu-system-arm``.
     """
+
+    exit_status = 3
 
     def __init__(self, tool: str, remedy: str) -> None:
         super().__init__(None, tool, "missing", f"it on the PATH: {remedy}")
