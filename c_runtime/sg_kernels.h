@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Kernels that all servogen controllers share. Included by the emitted .c files after sg_real (float
- * or double) and SG_REAL_MAX are defined, so that each translation unit has its own precision.
+ * Kernels that all servogen controllers share. Included by a package's own header of its scalar, after
+ * sg_real (float or double) and SG_REAL_MAX are defined: each package has its own precision.
  *
  * Matrices are stored transposed, column after column: the inner loop then runs over independent
  * rows, which a compiler can vectorise without changing the order of any sum.
@@ -60,7 +60,12 @@ static inline sg_status sg_check_array(int size, int used, const sg_real *x, sg_
     for (int i = 0; i < size; i++) {
         if (i < used) {
             const sg_status here = sg_check(x[i], low, high);
-            finite = (here == SG_NOT_FINITE) ? here : ((finite == SG_OK) ? here : finite);
+            if (finite == SG_OK) {
+                finite = here;
+            }
+            if (here == SG_NOT_FINITE) {
+                finite = here;
+            }
         }
     }
     return finite;
@@ -94,7 +99,7 @@ static inline void sg_copy_some(int size, int used, const sg_real *from, sg_real
 /* Drop x[0], append `last`. */
 static inline void sg_shift(int n, sg_real *x, sg_real last)
 {
-    for (int i = 0; i < n - 1; i++) {
+    for (int i = 0; i < (n - 1); i++) {
         x[i] = x[i + 1];
     }
     x[n - 1] = last;

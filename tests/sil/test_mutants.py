@@ -62,7 +62,7 @@ MUTANTS: dict[str, tuple[str, Any]] = {
     "gap": ("_mpc.c", swap("(seen.gap <= ", "(seen.gap <= 0.1 * ")),
     "backup judged": ("_mpc.c", swap("status = SG_INFEASIBLE;", "status = SG_BACKUP;")),
     "slack of a lower bound": ("_mpc.c", swap("if (self->slack_lower[i] < (sg_real)0)", "if (0)")),
-    "turns of a cycle": ("_mpc.c", swap("(turn == CORE_MPC_PERIOD - 1) ? 2 : kind", "kind")),
+    "turns of a cycle": ("_mpc.c", swap("(turn == (CORE_MPC_PERIOD - 1)) ? 2 : kind", "kind")),
     "interpolation": ("_follower.c", swap("share * (there - here)", "share * (here - there)")),
     "ring of points": ("_follower.c", swap("(index - CORE_FOLLOWER_BUFFER)", "0")),
     "window": (".c", swap("low = sg_max(low, self->high", "low = sg_min(low, self->high")),

@@ -71,7 +71,10 @@ def emit_package(name: str, declarations: tuple[Declaration, ...]) -> CPackage:
         "axes": AXES,
         "state_ports": measured_ports,
     }
-    files = {f"{name}_types.h": environment.get_template("types.h.jinja").render(common)}
+    files = {
+        f"{name}_{part}.h": environment.get_template(f"{part}.h.jinja").render(common)
+        for part in ("types", "scalar")
+    }
     for d in declarations:
 
         def sign(operation: Operation, declaration: Declaration = d) -> str:
