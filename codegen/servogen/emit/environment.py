@@ -36,6 +36,7 @@ def make_environment(precision: Precision) -> jinja2.Environment:
     environment.filters["numbers"] = numbers
     environment.filters["field"] = field_text
     environment.filters["port"] = port_text
+    environment.globals["trips"] = trips_text
     return environment
 
 
@@ -49,6 +50,18 @@ def wrap(items: Sequence[str]) -> str:
             line = "   "
         line += piece
     return "\n".join([*lines, line])
+
+
+def trips_text(least: int, greatest: int | None = -1) -> str:
+    """The line before a loop that tells TI's compiler how often it turns.
+
+    ``greatest`` is ``least`` unless it is given, None for no promise. A loop that is never entered
+    gets a remark instead: no compiler likes to hear of zero turns.
+    """
+    most = least if greatest == -1 else greatest
+    if most is not None and most < 1:
+        return "/* never entered */"
+    return f'SG_PRAGMA("MUST_ITERATE({least}, {"" if most is None else most})")'
 
 
 def port_text(port: Port, real_type: str) -> str:

@@ -11,7 +11,13 @@ from servogen.emit.environment import make_environment
 from servogen.emit.manifest import manifest_text
 from servogen.resources import resource_dir
 
-RUNTIME_FILES = ("sg_kernels.h", "sg_pqp.h", "sg_status.h")
+RUNTIME_FILES = (
+    "sg_compiler.h",
+    "sg_division.h",
+    "sg_kernels.h",
+    "sg_pqp.h",
+    "sg_status.h",
+)
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,7 @@ def emit_package(name: str, declarations: tuple[Declaration, ...]) -> CPackage:
             "d": d,
             "p": d.prefix,
             "P": d.prefix.upper(),
+            "dims": {dim.name: dim.value for dim in d.dimensions},
             "signature": sign,
             "state_names": state_names(d),
         }

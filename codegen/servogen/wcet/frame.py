@@ -35,6 +35,7 @@ class Frame:
         real_kind: ``float`` or ``double``, the package's scalar type.
         values: local integer variables in registers, as far as known.
         used: parameters and loop counters on whose values the cost depended so far.
+        note: told of every loop that is counted, with the number of its turns.
     """
 
     typed: TypedFunction
@@ -42,6 +43,7 @@ class Frame:
     real_kind: str
     values: dict[str, Value] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
+    note: Callable[[c_ast.For, int], None] = lambda node, turns: None
 
     def value(self, node: c_ast.Node) -> Value:
         """Integer value of an expression as far as it is known here."""

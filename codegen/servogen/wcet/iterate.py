@@ -76,6 +76,7 @@ def count_loop(frame: Frame, node: c_ast.For, cost: Cost, statement: Statement) 
     at_entry = {name: frame.values[name] for name in changed if name in frame.values}
     frame.forget(changed)
     values, bound = counter_values(node, header, frame.decide)
+    frame.note(node, len(values))
     outer_use = header.counter in frame.used
     frame.used.discard(header.counter)
     if bound.cap is None:

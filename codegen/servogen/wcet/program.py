@@ -45,6 +45,9 @@ class Program:
         include_dirs: folders of their headers.
         defines: ``NAME`` or ``NAME=VALUE`` for the preprocessor.
 
+    Attributes:
+        turns: (file, line) of every loop counted so far -> numbers of turns it was seen to take.
+
     Raises:
         InputError: no gcc, or a missing file.
         CheckFailed: C that cannot be parsed.
@@ -69,6 +72,7 @@ class Program:
                 if "static" not in node.decl.storage:
                     self._external.setdefault(name, found)
         self._active: list[_Definition] = []
+        self.turns: dict[tuple[str, int], set[int]] = {}
 
     @property
     def real_type(self) -> CType:
@@ -127,7 +131,8 @@ class Program:
             return self._count(wanted, values)
 
         real = self.real_type
-        frame = Frame(typed, callee, real.kind if isinstance(real, Scalar) else "double")
+        kind = real.kind if isinstance(real, Scalar) else "double"
+        frame = Frame(typed, callee, kind, note=self._note)
         known = _parameters(typed, arguments)
         frame.values.update({n: v for n, v in known.items() if n not in typed.in_memory})
         self._active.append(found)
@@ -139,6 +144,10 @@ class Program:
         key = {i: (arguments[i].number, arguments[i].cap) for i in decisive}
         found.counted.append(_Counted(key, result))
         return result
+
+    def _note(self, node: c_ast.For, turns: int) -> None:
+        place = (str(node.coord.file), int(node.coord.line))
+        self.turns.setdefault(place, set()).add(turns)
 
     def _stack(self, found: _Definition) -> int:
         if found in self._active:
