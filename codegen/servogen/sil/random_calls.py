@@ -256,7 +256,8 @@ def _cascade_calls(design: CascadeDesign, rng: np.random.Generator, count: int) 
         if status is Status.FINISHED or index % 60 == 0:
             step = rng.choice([0.1, 0.5, 1.0]) * design.governor.limits[0].velocity_m_per_s
             step *= design.fast.sample_time_s
-            length = int(rng.integers(2, 60 * full))
+            periods = 60 if rng.random() < 0.7 else 3  # now and then so short that it is finished
+            length = int(rng.integers(2, periods * full))
             path, left, taken_since = smooth_path(rng, design.governor.limits, step, length), 0, 0
             state[:] = 0.0
             state[:, 0] = path[0]
