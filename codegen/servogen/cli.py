@@ -116,10 +116,14 @@ def wcet(
         str | None,
         typer.Option(metavar="NAME", help="A bundled target or a TOML. Default: the project's."),
     ] = None,
+    all_targets: Annotated[
+        bool,
+        typer.Option("--all-targets", help="Show every bundled target; the status is as without."),
+    ] = False,
     json: Json = None,
 ) -> None:
-    """Count the operations of the C and fit them to a target's period."""
-    _run_step("wcet", toml, json, target=target)
+    """Count the operations of the C and fit them to a target's period and memory."""
+    _run_step("wcet", toml, json, target=target, all_targets=all_targets)
 
 
 @app.command()

@@ -50,9 +50,11 @@ def sil(project: Project, steps: int | None, progress: Progress) -> proving.SilR
     return proving.equivalence(prepare(project, progress), steps, progress)
 
 
-def wcet(project: Project, target: str | None, progress: Progress) -> counting.WcetResult:
+def wcet(
+    project: Project, target: str | None, all_targets: bool, progress: Progress
+) -> counting.WcetResult:
     """Count the C and hold it to the target's budget."""
-    return counting.count(prepare(project, progress), target)
+    return counting.count(prepare(project, progress), target, all_targets)
 
 
 def simulate(project: Project, reference: bool, progress: Progress) -> simulating.SimulateResult:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servogen.wcet.caps import affine_bound
+from servogen.wcet.caps import affine_bound, cycle_bound
 from servogen.wcet.package import Count
 from servogen.wcet.refusal import CountRefused
 
@@ -79,6 +79,11 @@ def test_a_turn_counted_by_hand_is_followed(counts: Counter) -> None:
         "A_ITERATION_CAP"
     ]
     assert (part.mul, part.add) == (10, 20)
+    # Too many to follow one by one: the turns are followed until they repeat.
+    many = counts(text.replace("SKIP", "").replace("CAP = 30", "CAP = 100000"))
+    part = many.per_iteration["A_ITERATION_CAP"]
+    assert (part.mul, part.add) == (2 * 10 // 5, 4 * 20 // 5)
+    assert many.fixed.mul <= 10
 
 
 def test_a_plain_loop_up_to_the_cap_is_exact(counts: Counter) -> None:
@@ -137,6 +142,20 @@ def test_odd_loops_up_to_a_cap_are_refused(counts: Counter, loop: str) -> None:
     text = f"enum {{ A_ITERATION_CAP = 9 }};\nsg_real f(sg_real x)\n{{\n{loop}\nreturn x; }}"
     with pytest.raises(CountRefused, match=r"unit0\.c:5: .*cap"):
         counts(text)
+
+
+@settings(derandomize=True, deadline=None, max_examples=100)
+@given(
+    st.lists(st.lists(st.integers(0, 9), min_size=2, max_size=2), max_size=4),
+    st.lists(st.lists(st.integers(0, 9), min_size=2, max_size=2), min_size=1, max_size=5),
+)
+def test_line_covers_what_repeats_for_ever(start: list[list[int]], cycle: list[list[int]]) -> None:
+    fixed, slope = cycle_bound([*start, *cycle], len(cycle))
+    sums = [0, 0]
+    for number, turn in enumerate([*start, *cycle * 5], start=1):
+        sums = [a + b for a, b in zip(sums, turn, strict=True)]
+        assert all(s <= f + number * p for s, f, p in zip(sums, fixed, slope, strict=True))
+    assert all(p <= max(turn[c] for turn in cycle) for c, p in enumerate(slope))
 
 
 @settings(derandomize=True, deadline=None, max_examples=200)

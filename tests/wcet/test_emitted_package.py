@@ -15,7 +15,8 @@ from servogen.emit.package import CPackage
 from servogen.progress import Silent
 from servogen.project import load_project
 from servogen.resources import resource_dir
-from servogen.steps.prepare import count_emitted, prepare
+from servogen.steps.counted import count_emitted
+from servogen.steps.prepare import prepare
 from servogen.wcet.dynamic import CountedLibrary, build_counted
 from servogen.wcet.operations import OperationCounts
 from servogen.wcet.package import PackageCount

@@ -61,6 +61,7 @@ def declare_parts(design: CascadeDesign) -> tuple[Declaration, ...]:
 def declare_cascade(design: CascadeDesign) -> Declaration:
     """Names, sizes and ports of the cascade."""
     g, horizon = design.governor, design.horizon
+    slow, fast = g.sample_time_s, design.fast.sample_time_s
     starts = tuple(
         Port(f"position_{a}", "m", "first point", low=-lim.position_m, high=lim.position_m)
         for a, lim in zip(AXES, g.limits, strict=True)
@@ -125,6 +126,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                 inputs=states,
                 outputs=tuple(Port(port.name, port.unit, port.doc) for port in states),
                 reads_only=True,
+                period_s=slow,
             ),
             Operation(
                 "plan",
@@ -132,6 +134,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                 inputs=(*states, *point_ports(g.points, g.limits)),
                 outputs=tuple(outputs),
                 shares="step",
+                period_s=slow,
             ),
             Operation(
                 "start",
@@ -141,12 +144,15 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                     for port in outputs
                     if port.name in ("command_x", "command_y", "interval_points", "pending")
                 ),
+                period_s=slow,
+                deadline_s=fast,  # before the fast sample that falls on the slow one is late
             ),
             Operation(
                 "fast_step",
                 "One fast sample.",
                 outputs=declare_fast(design.fast).operation("step").outputs,
                 returns_status=False,
+                period_s=fast,
             ),
         ),
         uses=parts,

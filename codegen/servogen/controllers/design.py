@@ -64,6 +64,9 @@ class Operation:
     ``shares`` names an operation with the same ports, whose structs this one uses too.
     ``reads_only``: it leaves the state as it is.
     ``returns_status`` is False for operations that cannot fail and have nothing to say.
+    ``period_s``: it is called once in this time by the user; 0 where it is called now and then, by
+    another controller, or in place of others. ``deadline_s``: it has to be done within this time of
+    its call, and nothing with a longer one may keep it from that; 0: within its period.
     """
 
     name: str
@@ -73,6 +76,8 @@ class Operation:
     returns_status: bool = True
     shares: str = ""
     reads_only: bool = False
+    period_s: float = 0.0
+    deadline_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,10 @@ from servogen import __version__
 from servogen.controllers.design import Declaration, Operation, Port, design_hash
 from servogen.controllers.governor_design import AXES
 from servogen.emit.environment import make_environment
+from servogen.emit.head import head_of
 from servogen.emit.manifest import manifest_text
 from servogen.resources import resource_dir
+from servogen.wcet.package import PackageCount
 
 RUNTIME_FILES = (
     "sg_compiler.h",
@@ -59,11 +61,14 @@ def measured_ports(declaration: Declaration) -> list[Port]:
     return [port for port in declaration.operation("step").inputs if port.name in names]
 
 
-def emit_package(name: str, declarations: tuple[Declaration, ...]) -> CPackage:
+def emit_package(
+    name: str, declarations: tuple[Declaration, ...], counts: PackageCount | None = None
+) -> CPackage:
     """Render every file. The same declarations give the same bytes.
 
     Args:
         declarations: every controller once, those used before those that use them.
+        counts: of every entry point, for the heads of the files; without them the heads say none.
     """
     precision = declarations[0].precision
     environment = make_environment(precision)
@@ -92,6 +97,7 @@ def emit_package(name: str, declarations: tuple[Declaration, ...]) -> CPackage:
             "P": d.prefix.upper(),
             "dims": {dim.name: dim.value for dim in d.dimensions},
             "signature": sign,
+            "head": None if counts is None else head_of(d, counts),
             "state_names": state_names(d),
         }
         for template, file in (

@@ -2,88 +2,186 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from servogen.steps.prepare import SLOW, Prepared, allow, project_target
-from servogen.wcet.allowance import Allowance, iteration_allowance
+from servogen.controllers.design import Declaration
+from servogen.emit.package import CPackage
+from servogen.errors import InputError
+from servogen.steps.count_text import entry_table, target_table
+from servogen.steps.counted import budgets, memory
+from servogen.steps.prepare import Prepared, project_target
+from servogen.wcet.allowance import Allowance
+from servogen.wcet.memory import Memory
 from servogen.wcet.package import PackageCount
+from servogen.wcet.targets import Target, bundled_targets, load_target
 
-SCHEMA = "servogen.wcet/1"
+SCHEMA = "servogen.wcet/2"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What the package needs of one target.
+
+    Attributes:
+        budgets: for each window of time, the longest first; empty where ``missing`` says why.
+        missing: a sentence, if the target has no cycles for the precision.
+    """
+
+    target: Target
+    budgets: tuple[Allowance, ...]
+    memory: Memory
+    missing: str = ""
+
+    @property
+    def faults(self) -> list[str]:
+        """One sentence for each budget that does not hold, the culprit named."""
+        over = [
+            f"over the budget of {b.label} by {b.culprit}: {b.total_cycles:.0f} of "
+            f"{b.budget_cycles:.0f} cycles on {b.target}"
+            for b in self.budgets
+            if not b.fits
+        ]
+        full = [f"{self.target.name} is too small: {fault}" for fault in self.memory.faults()]
+        return [self.missing] * bool(self.missing) + over + full
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "passed": not self.faults,
+            "faults": self.faults,
+            "budgets": {b.label: b.to_json() for b in self.budgets},
+            "memory": self.memory.to_json(),
+        }
 
 
 @dataclass(frozen=True)
 class WcetResult:
-    """``slow``: the long part in its share of the slow period; ``fast``: the fast step in the same
-    share of the fast period; ``memory_bytes``: the target's, for tables."""
+    """The counts and what they mean on the target that decides; others for comparison.
+
+    Attributes:
+        fit: on the target that decides whether the step passed.
+        periods: periodic entry point -> its period, s.
+        others: every bundled target by name, where they were asked for.
+    """
 
     counts: PackageCount
-    slow: Allowance
-    fast: Allowance
-    slow_entry: str
-    fast_entry: str
+    fit: Fit
     share: float
-    memory_bytes: int
-
-    @property
-    def tables_fit(self) -> bool:
-        return self.counts.total_table_bytes <= self.memory_bytes
+    periods: Mapping[str, float]
+    others: Mapping[str, Fit] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
-        return self.slow.fits and self.fast.fits and self.tables_fit
+        return not self.fit.faults
+
+    def cycles(self, entry: str) -> float:
+        """Of one call in the worst case."""
+        return self.fit.target.cost(self.counts.entry_points[entry].total(), self.counts.precision)
+
+    def utilisation(self, entry: str) -> float | None:
+        """Share of its period that one call takes; None for what is not periodic."""
+        period = self.periods.get(entry)
+        return (
+            None
+            if period is None
+            else self.cycles(entry) / (self.fit.target.clock_hz.value * period)
+        )
 
     def lines(self) -> list[str]:
-        step = self.counts.entry_points[self.slow_entry]
-        total, one = step.total().as_dict(), step.one_iteration().as_dict()
-        return [
-            f"wcet      {self.slow_entry}: {self.slow.sentence()}",
-            f"          worst case {_named(total)}",
-            f"          per iteration of both axes {_named(one)}",
-            f"          {self.fast_entry}: {self.fast.sentence()}",
-            f"          tables {self.counts.total_table_bytes} bytes of {self.memory_bytes}"
-            f"{'' if self.tables_fit else ', TOO MANY'}, "
-            f"stack of C objects {step.stack_bytes} bytes",
-            "          operations are counted in the C; cycles are the target file's estimates",
-        ]
+        target, memory = self.fit.target, self.fit.memory
+        lines = [f"wcet      {self.counts.precision} on {target.name}: {target.description}"]
+        lines += _under(entry_table(self))
+        lines += _under(
+            [f"within {b.label}: {_calls(b.calls)}: {b.sentence()}" for b in self.fit.budgets]
+        )
+        lines += _under(
+            [
+                f"data {memory.data_bytes} of {memory.data_limit} bytes: "
+                f"state {sum(memory.state.values())}, arguments {sum(memory.arguments.values())}, "
+                f"stack of C objects {sum(memory.stack.values())}; "
+                f"tables {memory.table_bytes} of {memory.program_limit} bytes",
+            ]
+        )
+        if self.others:
+            lines += _under(["", *target_table(self.others)])
+        lines += _under(
+            [
+                "operations are counted in the C; cycles are the target file's estimates",
+                *(f"FAILED: {fault}" for fault in self.fit.faults),
+            ]
+        )
+        return [line.rstrip() for line in lines]
 
     def to_json(self) -> dict[str, object]:
+        counted = self.counts.to_json()
+        entries = {
+            name: {
+                **count.to_json(),
+                "cycles": self.cycles(name),
+                "period_s": self.periods.get(name),
+                "utilisation_of_period": self.utilisation(name),
+            }
+            for name, count in self.counts.entry_points.items()
+        }
         return {
             "schema": SCHEMA,
             "passed": self.passed,
+            "faults": self.fit.faults,
+            "target": self.fit.target.name,
             "share": self.share,
-            "memory_bytes": self.memory_bytes,
-            "tables_fit": self.tables_fit,
-            "budgets": {
-                self.slow_entry: self.slow.to_json(),
-                self.fast_entry: self.fast.to_json(),
-            },
-            **self.counts.to_json(),
+            "budgets": {b.label: b.to_json() for b in self.fit.budgets},
+            "memory": self.fit.memory.to_json(),
+            **counted,
+            "entry_points": entries,
+            "targets": {name: fit.to_json() for name, fit in self.others.items()},
         }
 
 
-def _named(counts: dict[str, int]) -> str:
-    shown = ("add", "mul", "div", "cmp", "load", "store")
-    return ", ".join(f"{counts[name]} {name}" for name in shown)
+def _under(lines: list[str]) -> list[str]:
+    return [f"          {line}" for line in lines]
 
 
-def count(prepared: Prepared, target_name: str | None) -> WcetResult:
-    """Count every entry point; budget the two that run periodically."""
+def _calls(calls: Mapping[str, int]) -> str:
+    return " + ".join(f"{number} {name}" if number > 1 else name for name, number in calls.items())
+
+
+def count(prepared: Prepared, target_name: str | None, all_targets: bool = False) -> WcetResult:
+    """Count every entry point; hold those that run periodically to the target's budget.
+
+    Raises:
+        InputError: no such target, or one without cycles for the precision.
+    """
     project = prepared.machine.project
     target = project_target(project, target_name)
-    counts = prepared.counts_in(prepared.machine.precision)
-    slow, fast = f"{project.name}_{SLOW}", f"{project.name}_fast_step"
+    precision = prepared.machine.precision
+    package, counts = prepared.package_in(precision), prepared.counts_in(precision)
+    fit = fit_of(package, counts, target, project.target.share)
+    if fit.missing:
+        raise InputError(None, "target", target.name, f"one with cycles for {precision.name}")
+    others = [load_target(name) for name in bundled_targets()] if all_targets else []
     return WcetResult(
         counts=counts,
-        slow=allow(prepared.machine, counts, target),
-        fast=iteration_allowance(
-            counts.entry_points[fast],
-            target,
-            counts.precision,
-            prepared.machine.fast_period_s,
-            project.target.share,
-        ),
-        slow_entry=slow,
-        fast_entry=fast,
+        fit=fit,
         share=project.target.share,
-        memory_bytes=int(target.data_bytes.value + target.program_bytes.value),
+        periods=_periods(package.declarations),
+        others={t.name: fit_of(package, counts, t, project.target.share) for t in others},
     )
+
+
+def fit_of(package: CPackage, counts: PackageCount, target: Target, share: float) -> Fit:
+    """Cycles and memory of a package on a target."""
+    occupied = memory(package, counts, target)
+    if counts.precision not in target.cycles:
+        known = " or ".join(target.cycles)
+        missing = f"{target.name} has no cycles for {counts.precision}, only for {known}"
+        return Fit(target, (), occupied, missing)
+    return Fit(target, tuple(budgets(package, counts, target, share)), occupied)
+
+
+def _periods(declarations: tuple[Declaration, ...]) -> dict[str, float]:
+    return {
+        f"{d.prefix}_{op.name}": op.period_s
+        for d in declarations
+        for op in d.operations
+        if op.period_s
+    }

@@ -16,7 +16,7 @@ from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Agreement, Twin, compare
 from servogen.sil.scenarios import suite
-from servogen.steps.prepare import Prepared, package_of
+from servogen.steps.prepare import Prepared
 from servogen.systems.closed_loop import Stalled, run_closed_loop
 from servogen.systems.metrics import bounds
 
@@ -135,7 +135,7 @@ def equivalence(prepared: Prepared, steps: int | None, progress: Progress) -> Si
     order = sorted((FLOAT64, FLOAT32), key=lambda p: p is not prepared.machine.precision)
     for precision in order:
         design = prepared.in_precision(precision)
-        with built(package_of(design)) as module:
+        with built(prepared.package_in(precision)) as module:
             scenarios += _suite(module, design, precision, progress)
             scenario, loop = _closed_loop(prepared, module, design, precision, steps, progress)
             scenarios.append(scenario)

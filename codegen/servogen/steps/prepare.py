@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 from servogen.controllers.cascade_design import CascadeDesign, declare_parts
 from servogen.emit.package import CPackage, emit_package
@@ -16,6 +11,7 @@ from servogen.errors import CheckFailed
 from servogen.precision import Precision
 from servogen.progress import Progress
 from servogen.project import Project
+from servogen.steps.counted import budgets, count_emitted, emit_counted, periodic
 from servogen.systems.judgement import check_project, of_the_project
 from servogen.systems.two_stage import (
     Machine,
@@ -24,12 +20,8 @@ from servogen.systems.two_stage import (
     project_tuning,
     with_cap,
 )
-from servogen.wcet.allowance import Allowance, iteration_allowance
-from servogen.wcet.package import PackageCount, count_package
+from servogen.wcet.package import PackageCount
 from servogen.wcet.targets import Target, load_target
-
-# The entry point that takes its time, anywhere inside the slow period: what the budget is for.
-SLOW = "plan"
 
 
 @dataclass(frozen=True)
@@ -38,8 +30,9 @@ class Prepared:
 
     machine: Machine
     tuning: Tuning
-    _packages: dict[Precision, CPackage] = field(default_factory=dict, repr=False, compare=False)
-    _counts: dict[Precision, PackageCount] = field(default_factory=dict, repr=False, compare=False)
+    _emitted: dict[Precision, tuple[CPackage, PackageCount]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     @cached_property
     def design(self) -> CascadeDesign:
@@ -56,20 +49,22 @@ class Prepared:
         return design_cascade(self.machine, self.tuning, precision=precision)
 
     def package_in(self, precision: Precision) -> CPackage:
-        """What is emitted in a precision."""
-        if precision not in self._packages:
-            self._packages[precision] = package_of(self.in_precision(precision))
-        return self._packages[precision]
+        """What is emitted in a precision, with its counts in the heads."""
+        return self._emit(precision)[0]
 
     def counts_in(self, precision: Precision) -> PackageCount:
         """The worst case of what is emitted in a precision."""
-        if precision not in self._counts:
-            self._counts[precision] = count_emitted(self.package_in(precision))
-        return self._counts[precision]
+        return self._emit(precision)[1]
+
+    def _emit(self, precision: Precision) -> tuple[CPackage, PackageCount]:
+        if precision not in self._emitted:
+            design = self.in_precision(precision)
+            self._emitted[precision] = emit_counted(design.prefix, declare_parts(design))
+        return self._emitted[precision]
 
 
 def package_of(design: CascadeDesign) -> CPackage:
-    """Emit a cascade."""
+    """Emit a cascade that is run and thrown away, uncounted."""
     return emit_package(design.prefix, declare_parts(design))
 
 
@@ -107,70 +102,24 @@ def prepare(project: Project, progress: Progress) -> Prepared:
 
 
 def _allowed_cap(machine: Machine, tuning: Tuning) -> int:
-    """The largest cap whose own count fits: an iteration's share of the cheap turns of a cycle
-    depends on how many there are, so what was counted at one cap is confirmed at the next."""
-    target = project_target(machine.project)
+    """The largest cap with which every budget holds: an iteration's share of the cheap turns of a
+    cycle depends on how many there are, so what was counted at one cap is confirmed at the next."""
+    target, share = project_target(machine.project), machine.project.target.share
     confirmed = False
     while True:
         package = package_of(design_cascade(machine, tuning))
-        allowance = allow(machine, count_slow_step(package), target)
-        if not allowance.largest_cap:
-            raise CheckFailed(f"not one iteration fits the target: {allowance.sentence()}")
-        if confirmed and allowance.fits:
+        counts = count_emitted(package, periodic(package))
+        capped = [b for b in budgets(package, counts, target, share) if b.largest_cap is not None]
+        tightest = min(capped, key=lambda b: b.largest_cap or 0)
+        if not tightest.largest_cap:
+            raise CheckFailed(f"not one iteration fits the target: {tightest.sentence()}")
+        if confirmed and all(b.fits for b in capped):
             return tuning.solver.cap
-        most = tuning.solver.cap - 1 if confirmed else allowance.largest_cap
-        tuning = with_cap(tuning, min(allowance.largest_cap, most))
+        most = tuning.solver.cap - 1 if confirmed else tightest.largest_cap
+        tuning = with_cap(tuning, min(tightest.largest_cap, most))
         confirmed = True
 
 
 def project_target(project: Project, name: str | None = None) -> Target:
     """The target named, or the project's."""
     return load_target(name or project.target.name, project.file.parent)
-
-
-@contextmanager
-def written(package: CPackage) -> Iterator[Path]:
-    """The package's files in a temporary folder that goes away with the block."""
-    folder = Path(tempfile.mkdtemp(prefix="servogen-c-"))
-    try:
-        for name, text in package.files.items():
-            (folder / name).write_text(text, encoding="utf-8")
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def entry_points(package: CPackage) -> list[str]:
-    """Names of every function a user may call, by controller."""
-    names = []
-    for d in package.declarations:
-        names.append(f"{d.prefix}_init")
-        names += [f"{d.prefix}_{op.name}" for op in d.operations]
-    return names
-
-
-def count_emitted(package: CPackage) -> PackageCount:
-    """Worst-case counts of every entry point, read from the C."""
-    with written(package) as folder:
-        return count_package(
-            [folder / name for name in package.sources], [folder], entry_points(package)
-        )
-
-
-def count_slow_step(package: CPackage) -> PackageCount:
-    """The same for the cascade's long part alone."""
-    with written(package) as folder:
-        return count_package(
-            [folder / name for name in package.sources], [folder], [f"{package.name}_{SLOW}"]
-        )
-
-
-def allow(machine: Machine, counts: PackageCount, target: Target) -> Allowance:
-    """What the slow step may use of the target, both axes together."""
-    return iteration_allowance(
-        counts.entry_points[f"{machine.project.name}_{SLOW}"],
-        target,
-        counts.precision,
-        machine.slow_period_s,
-        machine.project.target.share,
-    )

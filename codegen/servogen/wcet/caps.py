@@ -40,6 +40,22 @@ def affine_bound(turns: Sequence[list[int]]) -> tuple[list[int], list[int]]:
     return fixed, slope
 
 
+def cycle_bound(turns: Sequence[list[int]], cycle: int) -> tuple[list[int], list[int]]:
+    """As ``affine_bound``, of turns whose last ``cycle`` ones repeat for ever.
+
+    Returns:
+        Fixed part and part per iteration, valid for any number of iterations.
+    """
+    classes = len(turns[0])
+    slope = [-(-sum(turn[c] for turn in turns[-cycle:]) // cycle) for c in range(classes)]
+    fixed, sums = [0] * classes, [0] * classes
+    for number, turn in enumerate(turns, start=1):
+        for c in range(classes):
+            sums[c] += turn[c]
+            fixed[c] = max(fixed[c], sums[c] - number * slope[c])
+    return fixed, slope
+
+
 def _period(turns: Sequence[list[int]]) -> int:
     """Smallest period of the iterations between the first and the last; 0 if none is seen twice."""
     inner = turns[1:-1]

@@ -9,7 +9,15 @@ from pycparser import c_ast
 
 from servogen.wcet.ctype import CType, Scalar
 
+# Enumeration constants with these endings bound loops whose turns are told apart in a count: the
+# iterations of a solver, whose number may be traded for time, and the levels of a search tree.
 CAP_SUFFIX = "_ITERATION_CAP"
+DEPTH_SUFFIX = "_TREE_DEPTH"
+
+
+def named_bound(name: str) -> bool:
+    """True for the name of a bound whose turns are told apart."""
+    return name.endswith((CAP_SUFFIX, DEPTH_SUFFIX))
 
 
 @dataclass(frozen=True)
@@ -19,7 +27,7 @@ class Value:
     Attributes:
         number: the value, or None.
         deps: parameters and loop counters it was computed from.
-        cap: name of the iteration cap whose value this is, unchanged.
+        cap: name of the iteration cap or tree depth whose value this is, unchanged.
     """
 
     number: int | None = None

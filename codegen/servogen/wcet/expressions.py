@@ -137,7 +137,10 @@ def _unary(frame: Frame, node: c_ast.UnaryOp, cost: Cost) -> None:
 def _binary(frame: Frame, node: c_ast.BinaryOp, cost: Cost) -> None:
     if node.op in LOGICAL:
         truth(frame, node.left, cost)
-        truth(frame, node.right, cost)
+        right = Cost()
+        truth(frame, node.right, right)
+        right.loosen()  # run only if the left side leaves it open
+        cost.add(right)
         cost.hit("branch")
         frame.forget(assigned_names(node.right))
         return

@@ -7,16 +7,24 @@ from dataclasses import dataclass
 
 from pycparser import c_ast
 
-from servogen.wcet.caps import affine_bound
-from servogen.wcet.constants import Value
+from servogen.wcet.caps import affine_bound, cycle_bound
+from servogen.wcet.constants import CAP_SUFFIX, Value
 from servogen.wcet.ctype import INT, Scalar
 from servogen.wcet.expressions import read, truth
 from servogen.wcet.frame import Frame
-from servogen.wcet.loops import Header, assigned_names, counter_values, read_header
-from servogen.wcet.operations import Cost
+from servogen.wcet.loops import (
+    Header,
+    assigned_names,
+    counter_values,
+    holds,
+    leaves_early,
+    read_header,
+)
+from servogen.wcet.operations import Cap, Cost
 from servogen.wcet.refusal import refuse
+from servogen.wcet.typed import LOGICAL
 
-_FOLLOWED = 2_000  # iterations of a solver; of more, each is taken to be the costliest
+_FOLLOWED = 2_000  # iterations of a solver that are counted one by one
 _MOST_ITERATIONS = 200_000  # of a loop whose iterations differ and are counted one by one
 
 # Adds the cost of a statement; True if what follows it is never reached.
@@ -38,6 +46,11 @@ class _Loop:
     statement: Statement
     changed: set[str]
     followed: bool = False
+
+    def known(self) -> dict[str, Value]:
+        """What is known of the variables that a turn may change."""
+        values = self.frame.values
+        return {name: values[name] for name in sorted(self.changed) if name in values}
 
     def set_counter(self, number: int | None) -> None:
         counter = self.header.counter
@@ -79,17 +92,21 @@ def count_loop(frame: Frame, node: c_ast.For, cost: Cost, statement: Statement) 
     frame.note(node, len(values))
     outer_use = header.counter in frame.used
     frame.used.discard(header.counter)
+    whole = Cost()
     if bound.cap is None:
-        _counted(loop, values, cost)
+        _counted(loop, values, whole)
     else:
         # A solver's loop may count its turns in a variable of its own, which then stays known; a
         # continue would join ways on which it differs.
-        loop.followed = len(values) <= _FOLLOWED and not _holds_continue(node.stmt)
+        loop.followed = not holds([node.stmt], c_ast.Continue)
         if loop.followed:
             frame.values.update(at_entry)
-        _capped(loop, values, bound, cost)
+        _capped(loop, values, bound, whole)
     frame.forget(changed)
-    cost.add(loop.test(values[-1] + values.step if values else values.start))
+    whole.add(loop.test(values[-1] + values.step if values else values.start))
+    if leaves_early(node.stmt) or not _plain_test(node):
+        whole.loosen()
+    cost.add(whole)
     frame.used.discard(header.counter)
     if outer_use:
         frame.used.add(header.counter)
@@ -112,24 +129,60 @@ def _counted(loop: _Loop, values: range, cost: Cost) -> None:
 
 
 def _capped(loop: _Loop, values: range, bound: Value, cost: Cost) -> None:
-    """A fixed part and a part per iteration of the named cap."""
-    cap = bound.cap
-    assert cap is not None
+    """A fixed part and a part per turn of the named bound."""
+    assert bound.cap is not None
     if bound.number != len(values) or not values:
         raise refuse(
-            loop.node, f"the loop does not run just as often as its iteration cap '{cap}' says"
+            loop.node,
+            f"the loop does not run just as often as its {_kind(bound.cap)} '{bound.cap}' says",
         )
-    numbers = values if len(values) <= _FOLLOWED else (None,)
-    turns = [loop.turn(number) for number in numbers]
-    if any(part.per_iteration for part in turns):
-        raise refuse(loop.node, "a loop up to an iteration cap inside another")
+    cap = Cap(bound.cap, len(values))
+    few = len(values) <= _FOLLOWED
+    turns, cycle = (_each(loop, values), 0) if few else _until_they_repeat(loop)
+    for turn in turns:
+        if any(inner.name.endswith(CAP_SUFFIX) for inner in turn.per_iteration):
+            raise refuse(loop.node, f"a loop up to an iteration cap inside one up to '{cap.name}'")
+        turn.fold()
+        cost.loose |= turn.loose
+    lists = [turn.fixed for turn in turns]
     part = Cost()
-    part.fixed, part.per_iteration[cap] = affine_bound([turn.fixed for turn in turns])
+    part.fixed, part.per_iteration[cap] = affine_bound(lists) if few else cycle_bound(lists, cycle)
+    if few:
+        part.loosen_above([sum(column) for column in zip(*lists, strict=True)])
+    else:
+        part.loosen()
     cost.add(part)
 
 
-def _holds_continue(node: c_ast.Node) -> bool:
-    return isinstance(node, c_ast.Continue) or any(_holds_continue(c) for _, c in node.children())
+def _each(loop: _Loop, values: range) -> list[Cost]:
+    """The turns one after another."""
+    return [loop.turn(number) for number in values]
+
+
+def _until_they_repeat(loop: _Loop) -> tuple[list[Cost], int]:
+    """Turns of any number of iterations, and how many of the last ones go on for ever.
+
+    What the counter holds is not made use of, so that a turn depends on nothing but what is known
+    of the other variables when it begins: once that was seen before, the turns repeat.
+    """
+    turns: list[Cost] = []
+    seen: list[dict[str, tuple[int | None, str | None]]] = []
+    while len(turns) < _FOLLOWED:
+        state = {n: (v.number, v.cap) for n, v in loop.known().items()}
+        if state in seen:
+            return turns, len(turns) - seen.index(state)
+        seen.append(state)
+        turns.append(loop.turn(None))
+    raise refuse(loop.node, f"more than {_FOLLOWED} iterations that differ")
+
+
+def _kind(name: str) -> str:
+    return "iteration cap" if name.endswith(CAP_SUFFIX) else "tree depth"
+
+
+def _plain_test(node: c_ast.For) -> bool:
+    """True when the loop goes on as long as its counter says."""
+    return isinstance(node.cond, c_ast.BinaryOp) and node.cond.op not in LOGICAL
 
 
 def _check_counter(frame: Frame, node: c_ast.For, header: Header) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import UnionType
 
 from pycparser import c_ast
 
@@ -87,6 +88,30 @@ def assigned_names(node: c_ast.Node) -> set[str]:
             names.add(target.name)
         pending.extend(child for _, child in item.children())
     return names
+
+
+def holds(nodes: Sequence[c_ast.Node], kind: type | UnionType) -> bool:
+    """True when a node of this kind is among them or inside one of them."""
+    pending = list(nodes)
+    while pending:
+        item = pending.pop()
+        if isinstance(item, kind):
+            return True
+        pending.extend(child for _, child in item.children())
+    return False
+
+
+def leaves_early(body: c_ast.Node | None) -> bool:
+    """True when a turn of the loop with this body may skip the rest of it, or of the loop."""
+    if body is None:
+        return False
+    if isinstance(body, c_ast.For | c_ast.DoWhile):  # its own break and continue stay inside
+        return holds([body], c_ast.Return)
+    if isinstance(body, c_ast.Switch):
+        return holds([body], c_ast.Return | c_ast.Continue)
+    if isinstance(body, c_ast.Return | c_ast.Break | c_ast.Continue):
+        return True
+    return any(leaves_early(child) for _, child in body.children())
 
 
 def _start(node: c_ast.For) -> tuple[str, c_ast.Node]:

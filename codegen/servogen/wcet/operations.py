@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -81,17 +82,27 @@ CLASSES: tuple[str, ...] = tuple(f.name for f in fields(OperationCounts))
 INDEX: Mapping[str, int] = {name: i for i, name in enumerate(CLASSES)}
 
 
-class Cost:
-    """A mutable sum: a fixed part, and per named iteration cap the part of one iteration.
+class Cap(NamedTuple):
+    """A named bound of a loop, with its value (see ``constants.named_bound``)."""
 
-    Both are lists in the order of ``CLASSES``, since counting adds to them very often.
+    name: str
+    number: int
+
+
+class Cost:
+    """A mutable sum: a fixed part, and per named bound the part of one turn of its loops.
+
+    Both are lists in the order of ``CLASSES``, since counting adds to them very often. ``loose``
+    has a bit for each class of which a run may do less than is counted here; the other classes
+    happen in every run just as often.
     """
 
-    __slots__ = ("fixed", "per_iteration")
+    __slots__ = ("fixed", "loose", "per_iteration")
 
     def __init__(self) -> None:
         self.fixed = [0] * len(CLASSES)
-        self.per_iteration: dict[str, list[int]] = {}
+        self.per_iteration: dict[Cap, list[int]] = {}
+        self.loose = 0
 
     def hit(self, name: str, times: int = 1) -> None:
         """Count an operation of class ``name`` in the fixed part."""
@@ -102,27 +113,58 @@ class Cost:
         _add(self.fixed, other.fixed, times)
         for cap, part in other.per_iteration.items():
             _add(self.per_iteration.setdefault(cap, [0] * len(CLASSES)), part, times)
+        self.loose |= other.loose
 
     def raise_to(self, other: Cost) -> None:
         """Take the larger of both in each class of each part: covers either, for every cap."""
+        self.loose |= other.loose | _differing(self.fixed, other.fixed)
+        for cap in self.per_iteration.keys() | other.per_iteration.keys():
+            own = self.per_iteration.setdefault(cap, [0] * len(CLASSES))
+            part = other.per_iteration.get(cap, [0] * len(CLASSES))
+            self.loose |= _differing(own, part)
+            _raise(own, part)
         _raise(self.fixed, other.fixed)
-        for cap, part in other.per_iteration.items():
-            _raise(self.per_iteration.setdefault(cap, [0] * len(CLASSES)), part)
+
+    def loosen(self) -> None:
+        """A run may skip any of it."""
+        for part in (self.fixed, *self.per_iteration.values()):
+            self.loose |= _differing(part, [0] * len(CLASSES))
+
+    def loosen_above(self, sums: list[int]) -> None:
+        """A run does no more than this, class by class."""
+        twin = self.copy()
+        twin.fold()
+        self.loose |= _differing(twin.fixed, sums)
+
+    def fold(self) -> None:
+        """Named parts go to the fixed part, at the values of their bounds."""
+        for cap, part in self.per_iteration.items():
+            _add(self.fixed, part, cap.number)
+        self.per_iteration.clear()
 
     def copy(self) -> Cost:
         twin = Cost()
         twin.add(self)
         return twin
 
-    def counts(self) -> tuple[OperationCounts, dict[str, OperationCounts]]:
-        """Fixed part and per-iteration parts, caps in alphabetical order."""
+    def counts(self) -> tuple[OperationCounts, dict[Cap, OperationCounts]]:
+        """Fixed part and the parts of one turn, caps in alphabetical order."""
         per = {cap: OperationCounts(*self.per_iteration[cap]) for cap in sorted(self.per_iteration)}
         return OperationCounts(*self.fixed), per
+
+    def exact(self) -> tuple[str, ...]:
+        """Classes of which every run does just what is counted."""
+        return tuple(name for name, i in INDEX.items() if not self.loose >> i & 1)
 
 
 def _add(into: list[int], part: list[int], times: int) -> None:
     for i, n in enumerate(part):
         into[i] += times * n
+
+
+def _differing(one: list[int], other: list[int]) -> int:
+    """A bit for each class that is not equal."""
+    return sum(1 << i for i, (a, b) in enumerate(zip(one, other, strict=True)) if a != b)
 
 
 def _raise(into: list[int], part: list[int]) -> None:

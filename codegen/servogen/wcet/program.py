@@ -9,7 +9,7 @@ from pathlib import Path
 from pycparser import c_ast
 
 from servogen.wcet.constants import Value, fits
-from servogen.wcet.ctype import CType, Scalar, size_of
+from servogen.wcet.ctype import CType, Record, Scalar, size_of
 from servogen.wcet.frame import CallCost, Frame
 from servogen.wcet.operations import Cost
 from servogen.wcet.parse import parse, preprocess
@@ -98,6 +98,18 @@ class Program:
         registers and temporaries, and takes away what it keeps in registers.
         """
         return self._stack(self._entry(entry_point))
+
+    def type_bytes(self, name: str) -> int:
+        """Size of a structure on the target, with natural alignment.
+
+        Raises:
+            CountRefused: no unit defines it.
+        """
+        for unit in self.units:
+            kind = unit.typedefs.get(name)
+            if isinstance(kind, Record) and kind.members is not None:
+                return size_of(kind)
+        raise CountRefused(f"cannot count: the structure '{name}' is not defined")
 
     def typed(self, found: _Definition) -> TypedFunction:
         if found.typed is None:

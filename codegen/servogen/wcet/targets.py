@@ -16,7 +16,7 @@ REAL_CLASSES = ("add", "mul", "div", "cmp", "neg", "sqrt", "convert", "other_fp"
 COMMON_CLASSES = tuple(name for name in CLASSES if name not in REAL_CLASSES)
 
 _TOP = ("name", "description", "clock_hz", "memory", "cycles")
-_MEMORY = ("data_bytes", "program_bytes")
+_MEMORY = ("data_bytes", "program_bytes", "together_bytes")
 _FOLDER = Path(__file__).resolve().parent / "targets"
 
 
@@ -38,6 +38,7 @@ class Target:
         clock_hz: cycles per second of one core.
         data_bytes: memory for tables and state.
         program_bytes: memory for code (and tables, where it is flash).
+        together_bytes: where data and tables lie in the same memory, its size.
         cycles: precision -> class of operation -> cycles; a precision may be missing.
     """
 
@@ -47,6 +48,7 @@ class Target:
     data_bytes: Number
     program_bytes: Number
     cycles: Mapping[str, Mapping[str, Number]]
+    together_bytes: Number | None = None
 
     def cost(self, counts: OperationCounts, precision: str) -> float:
         """Cycles of these operations: the sum over the classes of count times cycles.
@@ -111,6 +113,11 @@ class _Reader:
                 memory, "program_bytes", "memory.program_bytes", positive=True
             ),
             cycles=self.cycles(self.table(data, "cycles", "cycles")),
+            together_bytes=self.number(
+                memory, "together_bytes", "memory.together_bytes", positive=True
+            )
+            if "together_bytes" in memory
+            else None,
         )
 
     def cycles(self, data: dict[str, object]) -> dict[str, dict[str, Number]]:

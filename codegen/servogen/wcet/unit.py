@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pycparser import c_ast
 
-from servogen.wcet.constants import CAP_SUFFIX, UNKNOWN, Value, evaluate
+from servogen.wcet.constants import UNKNOWN, Value, evaluate, named_bound
 from servogen.wcet.ctype import (
     INT,
     Array,
@@ -153,7 +153,7 @@ class Unit:
     def known(self, name: str) -> Value:
         """Value of an enumeration constant or of a constant file-scope integer."""
         if name in self.enums:
-            cap = name if name.endswith(CAP_SUFFIX) else None
+            cap = name if named_bound(name) else None
             return Value(self.enums[name], cap=cap)
         return self.constants.get(name, UNKNOWN)
 

@@ -10,14 +10,20 @@ from servogen.wcet.ctype import Array, CType, Record, Scalar, elements
 from servogen.wcet.expressions import convert, copy_record, read, truth
 from servogen.wcet.frame import Frame
 from servogen.wcet.iterate import count_loop
-from servogen.wcet.loops import assigned_names
+from servogen.wcet.loops import assigned_names, holds, leaves_early
 from servogen.wcet.operations import Cost
 from servogen.wcet.refusal import refuse
 
 
 def count_body(frame: Frame, cost: Cost) -> None:
     """Add the cost of the frame's function."""
-    _block(frame, frame.typed.node.body.block_items or [], cost)
+    items = frame.typed.node.body.block_items or []
+    body = Cost()
+    _block(frame, items, body)
+    last = [items[-1]] if items and isinstance(items[-1], c_ast.Return) else []
+    if holds(items[: len(items) - len(last)], c_ast.Return):
+        body.loosen()  # what follows an early return, however deep, is not always run
+    cost.add(body)
 
 
 def _statement(frame: Frame, node: c_ast.Node, cost: Cost) -> bool:
@@ -33,7 +39,11 @@ def _statement(frame: Frame, node: c_ast.Node, cost: Cost) -> bool:
     elif isinstance(node, c_ast.DoWhile):
         if frame.value(node.cond).number != 0 or not frame.typed.is_literal(node.cond):
             raise refuse(node, "a do loop has no bound")
-        _statement(frame, node.stmt, cost)
+        once = Cost()
+        _statement(frame, node.stmt, once)
+        if leaves_early(node.stmt):
+            once.loosen()
+        cost.add(once)
         frame.forget(assigned_names(node.stmt))
     elif isinstance(node, c_ast.Switch):
         _switch(frame, node, cost)
@@ -121,6 +131,7 @@ def _switch(frame: Frame, node: c_ast.Switch, cost: Cost) -> None:
                 break
         worst.raise_to(part)
     frame.values = before
+    worst.loosen()
     cost.add(worst)
 
 
