@@ -74,6 +74,15 @@ class WcetResult:
     def passed(self) -> bool:
         return not self.fit.faults
 
+    @property
+    def summary(self) -> str:
+        """One line: what is used of time and memory."""
+        times = [f"{b.utilisation:.1%} of the budget of {b.label}" for b in self.fit.budgets]
+        m = self.fit.memory
+        times.append(f"{m.data_bytes} of {m.data_limit} bytes of data")
+        times.append(f"{m.table_bytes} of {m.program_limit} bytes of tables")
+        return f"{', '.join(times)} on {self.fit.target.name}"
+
     def cycles(self, entry: str) -> float:
         """Of one call in the worst case."""
         return self.fit.target.cost(self.counts.entry_points[entry].total(), self.counts.precision)

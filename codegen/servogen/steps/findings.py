@@ -116,11 +116,11 @@ def wcet_finding(result: WcetResult, bench: Bench) -> Finding:
     return Finding(
         check="wcet",
         passed=result.passed,
-        summary=result.lines()[0].removeprefix("wcet").strip(),
+        summary=result.summary,
         tools={"pycparser": version("pycparser"), "gcc": version_of(["gcc", "--version"])},
         subjects=bench.digests,
-        figures=_without(result.to_json(), "schema", "passed"),
-        faults=() if result.passed else tuple(result.lines()),
+        figures=_without(result.to_json(), "schema", "passed", "faults"),
+        faults=tuple(result.fit.faults),
     )
 
 
