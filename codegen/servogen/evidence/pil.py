@@ -1,0 +1,196 @@
+"""Processor in the loop: the emitted C, compiled for ARM and run on QEMU's boards, gives the host's
+bits, and executes no more than the static count allows.
+
+Every call of the SIL suite and of the closed loop is played in both precisions on a Cortex-M4F
+(whose double is libgcc's software) and a Cortex-M7. A plugin of QEMU counts the instructions of
+each call by class. QEMU is no model of time: nothing here is a cycle.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from servogen.evidence.bench import Bench, Subject
+from servogen.evidence.finding import Finding
+from servogen.evidence.pil_build import (
+    CORES,
+    LEVEL,
+    Core,
+    build_plugin,
+    build_target,
+    tool_versions,
+)
+from servogen.evidence.pil_compare import first_difference
+from servogen.evidence.pil_counts import EntryPoint, compare_all
+from servogen.evidence.pil_run import play_board
+from servogen.evidence.pil_stand import Stand, make_stand, within
+from servogen.precision import Precision
+from servogen.progress import Progress
+
+RANDOM_STEPS = 200  # of each controller
+# Operations on scalars that are played where each is a function of fifty instructions or more:
+# about a minute. Beyond it calls are left out, and the finding says so.
+SOFTWARE_BUDGET = 500_000_000
+# Instructions of a call for each operation that the C counts in it, all classes together.
+HARDWARE_FACTOR, SOFTWARE_FACTOR = 4.0, 40.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one board did with one package.
+
+    Attributes:
+        played, of: calls made, calls there were.
+        difference: the first, as a sentence; None where all bits are equal.
+        limit: stated factor of instructions to operations.
+    """
+
+    precision: str
+    core: Core
+    played: int
+    of: int
+    difference: str | None
+    limit: float
+    points: tuple[EntryPoint, ...]
+    faults: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        return f"{self.precision} on {self.core.title}"
+
+    @property
+    def factor(self) -> float:
+        """Largest ratio of a call."""
+        return max((p.factor for p in self.points), default=0.0)
+
+    def all_faults(self) -> list[str]:
+        told = [] if self.difference is None else [self.difference]
+        return [f"{self.label}: {fault}" for fault in (*told, *self.faults)]
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "calls_played": self.played,
+            "calls_of": self.of,
+            "bit_equal": self.difference is None,
+            "first_difference": self.difference,
+            "stated_factor": self.limit,
+            "largest_factor": round(self.factor, 3),
+            "straight_line": [p.name for p in self.points if p.straight],
+            "entry_points": {p.name: p.to_json() for p in self.points},
+        }
+
+
+def run(bench: Bench, progress: Progress) -> Finding:
+    """Play every subject on every board.
+
+    Raises:
+        ToolMissing: no cross compiler or no QEMU.
+        CheckFailed: something does not compile or stops with an error.
+    """
+    tools = tool_versions()
+    with tempfile.TemporaryDirectory(prefix="servogen-pil-") as name:
+        folder = Path(name)
+        plugin = build_plugin(folder)
+        stands = []
+        with progress.task("Building for the host", total=len(bench.subjects)) as task:
+            for subject in bench.subjects:
+                stands.append(_stand(subject, folder / subject.precision.name))
+                task.advance()
+        outcomes = _examine_all(bench.subjects, stands, plugin, progress)
+    return _finding(bench, outcomes, tools)
+
+
+def examine(
+    stand: Stand, precision: Precision, core: Core, plugin: Path, level: str = LEVEL
+) -> Outcome:
+    """One package on one board.
+
+    Raises:
+        ToolMissing: no cross compiler or no QEMU.
+        CheckFailed: it does not compile, or stops with an error.
+    """
+    program = build_target(core, stand.folder, stand.package.sources, level)
+    software = bool(program.map.software)
+    if software:
+        stand = within(stand, core.name, SOFTWARE_BUDGET)
+    board = play_board(core, program, stand.stream, stand.folder / f"{core.name}-run", plugin)
+    limit = SOFTWARE_FACTOR if software else HARDWARE_FACTOR
+    points, faults = compare_all(
+        stand.names, stand.which, stand.counted, board.rows, stand.static, limit
+    )
+    return Outcome(
+        precision.name, core, len(stand.which), stand.all_calls,
+        first_difference(stand.declarations, stand.plays, stand.told, board.told),
+        limit, tuple(points), tuple(faults),
+    )  # fmt: skip
+
+
+def _stand(subject: Subject, folder: Path) -> Stand:
+    return make_stand(subject, [*subject.suite(RANDOM_STEPS), subject.closed_loop(None)], folder)
+
+
+def _examine_all(
+    subjects: Sequence[Subject], stands: Sequence[Stand], plugin: Path, progress: Progress
+) -> list[Outcome]:
+    """Two boards at a time; the order of what comes back is that of the subjects and boards."""
+    jobs = [
+        (stand, subject.precision, core)
+        for subject, stand in zip(subjects, stands, strict=True)
+        for core in CORES
+    ]
+    outcomes = []
+    with (
+        progress.task("Running on emulated boards", total=len(jobs)) as task,
+        ThreadPoolExecutor(max_workers=2) as pool,
+    ):
+        for future in [pool.submit(examine, *job, plugin) for job in jobs]:
+            outcomes.append(future.result())
+            task.advance()
+    return outcomes
+
+
+def _finding(bench: Bench, outcomes: Sequence[Outcome], tools: dict[str, str]) -> Finding:
+    faults = [fault for outcome in outcomes for fault in outcome.all_faults()]
+    if not outcomes:
+        faults.append("nothing was played")
+    figures: dict[str, dict[str, object]] = {}
+    for o in outcomes:
+        figures.setdefault(o.precision, {})[o.core.name] = o.to_json()
+    equal = sum(o.difference is None for o in outcomes)
+    return Finding(
+        check="pil",
+        passed=not faults,
+        summary=(
+            f"{sum(o.played for o in outcomes)} calls on {len(CORES)} emulated processors, "
+            f"all bits the host's in {equal} of {len(outcomes)} runs"
+        ),
+        tools=tools,
+        subjects=bench.digests,
+        figures=figures,
+        faults=tuple(faults),
+        details=tuple(line for o in outcomes for line in _details(o)),
+    )
+
+
+def _details(o: Outcome) -> list[str]:
+    part = "" if o.played == o.of else f" of {o.of} (software arithmetic: the rest is left out)"
+    straight = [p for p in o.points if p.straight]
+    first = (
+        f"{o.label}: {o.played}{part} calls, straight-line entry points {len(straight)} of "
+        f"{len(o.points)}, instructions per operation at most {o.factor:.2f} (stated {o.limit:g})"
+    )
+    most = max(o.points, key=lambda p: p.instructions, default=None)
+    if most is None:
+        return [first]
+    return [
+        first,
+        f"  most instructions: {most.name} {most.instructions}, static count of operations "
+        f"{most.operations}; executed, counted, static "
+        + ", ".join(
+            f"{c} {most.executed[c]} {most.counted[c]} {most.static[c]}" for c in most.executed
+        ),
+    ]
