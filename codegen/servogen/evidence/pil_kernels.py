@@ -90,8 +90,7 @@ def _header(package: str, declaration: Declaration) -> str:
 def _source(package: str, declaration: Declaration, tables: Sequence[tuple[str, Table]]) -> str:
     p = declaration.prefix
     lines = [
-        f'#include "{p}.h"', f"typedef {package}_real sg_real;",
-        f"#define SG_REAL_MAX {declaration.precision.c_max}", '#include "sg_kernels.h"',
+        f'#include "{p}.h"', f'#include "{package}_scalar.h"',
         f"void {p}_init({p}_t *self)", "{", "    self->nothing = 0;", "}",
     ]  # fmt: skip
     for op, (name, table) in zip(declaration.operations, tables, strict=True):

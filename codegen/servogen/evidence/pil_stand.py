@@ -31,6 +31,7 @@ class Stand:
         folder: sources, the stream of calls and what is built.
         plays: what is played, in this order; ``all_calls``: how many there were to choose from.
         static: entry point -> worst case.
+        kernels: how the names of the kernels' entry points begin.
         which: (calls,) index into ``names`` of each call.
         told: the host's answers.
         counted: (calls, classes) operations of each call.
@@ -42,6 +43,7 @@ class Stand:
     plays: tuple[Play, ...]
     all_calls: int
     static: Mapping[str, OperationCounts]
+    kernels: str
     which: NDArray[np.integer]
     told: bytes
     counted: Rows
@@ -80,14 +82,15 @@ def make_stand(subject: Subject, plays: Sequence[Play], folder: Path) -> Stand:
     package, kernels, to_count = with_kernels(subject.package)
     sources = write_package(package, folder)
     names = [f"{d.prefix}_{op.name}" for d, op in entry_points(package.declarations)]
-    own = [n for n in names if n.startswith(f"{kernels.prefix}_")]
+    start = f"{kernels.prefix}_"
+    own = [n for n in names if n.startswith(start)]
     counts = count_package([folder / to_count], [folder], own).entry_points
     static = {n: (counts[n] if n in counts else subject.counts.entry_points[n]).total()
               for n in names}  # fmt: skip
     build_host(folder, sources)
     build_counted(folder, sources)
     stand = Stand(
-        package, folder, folder, (), 0, static, np.zeros(0, int), b"",
+        package, folder, folder, (), 0, static, start, np.zeros(0, int), b"",
         np.zeros((0, len(CLASSES)), np.uint64),
     )  # fmt: skip
     return replay(stand, "all", (*plays, kernels))
@@ -129,7 +132,7 @@ def within(stand: Stand, name: str, budget: int) -> Stand:
     """
     if stand.scalar_operations <= budget:
         return stand
-    kept = _cut(stand.plays, _costs(stand), budget)
+    kept = cut_plays(stand.plays, _costs(stand), budget)
     cut = replay(stand, name, [p for p in kept if p.calls])
     return replace(cut, all_calls=stand.all_calls)
 
@@ -141,9 +144,8 @@ def _costs(stand: Stand) -> list[NDArray[np.int64]]:
     return np.split(each, ends[:-1])
 
 
-def _cut(
-    plays: Sequence[Play], costs: Sequence[NDArray[np.int64]], budget: int
-) -> list[Play]:  # fmt: skip
+def cut_plays(plays: Sequence[Play], costs: Sequence[NDArray[np.int64]], budget: int) -> list[Play]:
+    """First calls of each play, for ``budget`` in all; ``costs`` are those of ``_costs``."""
     order = sorted(range(len(plays)), key=lambda i: int(costs[i].sum()))
     cut, left = list(plays), budget
     for done, i in enumerate(order):
