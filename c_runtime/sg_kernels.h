@@ -58,7 +58,7 @@ static inline sg_status sg_check_array(int size, int used, const sg_real *restri
                                        sg_real low, sg_real high)
 {
     sg_status finite = SG_OK;
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < size; i++) {
         if (i < used) {
             const sg_status here = sg_check(x[i], low, high);
@@ -75,7 +75,7 @@ static inline sg_status sg_check_array(int size, int used, const sg_real *restri
 
 static inline void sg_fill(int n, sg_real value, sg_real *x)
 {
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < n; i++) {
         x[i] = value;
     }
@@ -83,7 +83,7 @@ static inline void sg_fill(int n, sg_real value, sg_real *x)
 
 static inline void sg_copy(int n, const sg_real *restrict from, sg_real *restrict to)
 {
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < n; i++) {
         to[i] = from[i];
     }
@@ -93,7 +93,7 @@ static inline void sg_copy(int n, const sg_real *restrict from, sg_real *restric
 static inline void sg_copy_some(int size, int used, const sg_real *restrict from,
                                 sg_real *restrict to)
 {
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < size; i++) {
         to[i] = (sg_real)0;
         if (i < used) {
@@ -119,7 +119,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
                              const sg_real *restrict x, sg_real *restrict y)
 {
     const int blocks = cols / 4;
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < rows; i++) {
         y[i] = (sg_real)0;
     }
@@ -133,7 +133,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
         const sg_real *restrict c1 = &columns[(j + 1) * rows];
         const sg_real *restrict c2 = &columns[(j + 2) * rows];
         const sg_real *restrict c3 = &columns[(j + 3) * rows];
-        SG_PRAGMA("MUST_ITERATE(1,)")
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < rows; i++) {
             y[i] = (((y[i] + (c0[i] * x0)) + (c1[i] * x1)) + (c2[i] * x2)) + (c3[i] * x3);
         }
@@ -141,7 +141,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
     for (int j = 4 * blocks; j < cols; j++) {
         const sg_real factor = x[j];
         const sg_real *restrict column = &columns[j * rows];
-        SG_PRAGMA("MUST_ITERATE(1,)")
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < rows; i++) {
             y[i] += column[i] * factor;
         }
@@ -151,7 +151,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
 /* y += z */
 static inline void sg_add(int n, const sg_real *restrict z, sg_real *restrict y)
 {
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < n; i++) {
         y[i] += z[i];
     }

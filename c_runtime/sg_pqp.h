@@ -26,7 +26,7 @@ static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse
                                    sg_real *restrict scratch, sg_real *restrict correction,
                                    sg_real *restrict change, sg_pqp_state *restrict state)
 {
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         scratch[i] = upper[i] - lower[i];
     }
@@ -36,7 +36,7 @@ static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse
     state->row = 0;
     state->is_lower = 0;
     sg_real gap = (sg_real)0;
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real r_upper = slack_upper[i] + change[i];
         const sg_real r_lower = slack_lower[i] - change[i];
@@ -69,12 +69,12 @@ static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute_colum
 {
     const sg_real zero = (sg_real)0;
     const sg_real half = (sg_real)0.5;
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         scratch[i] = upper[i] + lower[i];
     }
     sg_matvec(m, m, absolute_columns, scratch, absolute);
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real plus = sg_max(half * (absolute[i] + change[i]), zero);
         const sg_real minus = sg_max(half * (absolute[i] - change[i]), zero);
@@ -119,7 +119,7 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
     sg_real curvature = zero;
     sg_real slope = zero;
     sg_real largest = zero;
-    SG_PRAGMA("MUST_ITERATE(1,)")
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real step_upper = upper[i] - last_upper[i];
         const sg_real step_lower = lower[i] - last_lower[i];
@@ -137,7 +137,7 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
     if (useful == 1) {
         const sg_real level = weight * largest;
         sg_real length = SG_DIVIDE(-slope, curvature);
-        SG_PRAGMA("MUST_ITERATE(1,)")
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < m; i++) {
             const sg_real step_upper = upper[i] - last_upper[i];
             const sg_real step_lower = lower[i] - last_lower[i];
@@ -152,7 +152,7 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
                 }
             }
         }
-        SG_PRAGMA("MUST_ITERATE(1,)")
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < m; i++) {
             const sg_real step_upper = upper[i] - last_upper[i];
             const sg_real step_lower = lower[i] - last_lower[i];

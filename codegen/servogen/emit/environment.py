@@ -61,7 +61,7 @@ def trips_text(least: int, greatest: int | None = -1) -> str:
     most = least if greatest == -1 else greatest
     if most is not None and most < 1:
         return "/* never entered */"
-    return f'SG_PRAGMA("MUST_ITERATE({least}, {"" if most is None else most})")'
+    return f'SG_PRAGMA("MUST_ITERATE({least}{"" if most is None else f", {most}"})")'
 
 
 def port_text(port: Port, real_type: str) -> str:
