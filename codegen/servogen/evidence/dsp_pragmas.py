@@ -51,11 +51,14 @@ def examine_pragmas(sources: Sequence[Path], folder: Path, entry_points: Sequenc
     told = Told(loops=len(program.turns))
     seen: set[Place] = set()
     for source in sources:
+        refused = _still_compiles(source, folder)
+        if refused:
+            told.faults += refused
+            continue
         tree = parse(source, preprocess(source, [folder], TI_MACROS))
         for pragma, following in _pragmas(tree):
             told.faults += _judge(pragma, following, program.turns, seen)
         _count_tables(tree, told)
-        told.faults += _still_compiles(source, folder)
     told.faults = list(dict.fromkeys(told.faults))  # of a header, once
     told.loops_told = len(seen & set(program.turns))
     if not told.loops_told:
