@@ -22,9 +22,10 @@ from servogen.evidence.pil import examine, finding_of
 from servogen.evidence.pil_build import CORES, Core, build_plugin, build_target, tool_versions
 from servogen.evidence.pil_compare import first_difference
 from servogen.evidence.pil_counts import compare_all, compare_counts
-from servogen.evidence.pil_map import COLUMNS, address_map, operations_of
+from servogen.evidence.pil_levels import play_levels, unequal_counts
+from servogen.evidence.pil_map import ARITHMETIC, COLUMNS, address_map, operations_of
 from servogen.evidence.pil_run import play_board
-from servogen.evidence.pil_stand import Stand, calls_in, cut_plays, make_stand
+from servogen.evidence.pil_stand import Stand, calls_in, cut_plays, make_stand, within
 from servogen.evidence.tools import ToolMissing
 from servogen.precision import PRECISIONS
 from servogen.sil.harness import Call
@@ -122,11 +123,11 @@ STATIC = OperationCounts(add=4, mul=5, load=10)
 
 def test_equal_counts_pass_and_are_told() -> None:
     point, faults = compare_counts(
-        "f", counted(add=4, mul=5, load=9), executed(add=4, mul=5, total=36), STATIC, 2.5
+        "f", counted(add=4, mul=5, load=9), executed(add=4, mul=5, total=56), STATIC, 2.5
     )
     assert not faults
     assert point.straight
-    assert (point.calls, point.instructions, point.operations, point.factor) == (3, 36, 19, 2.0)
+    assert (point.calls, point.instructions, point.operations, point.factor) == (3, 56, 19, 2.0)
     assert point.to_json()["executed"] == {"add": 4, "mul": 5}
 
 
@@ -151,7 +152,7 @@ def test_equal_counts_pass_and_are_told() -> None:
         ),
         ({"add": 4, "mul": 5}, {"add": 4, "mul": 5, "fused": 1}, "1 fused"),
         ({"add": 4, "mul": 5}, {"add": 4, "mul": 5, "cmp": 1}, "1 cmp executed"),
-        ({"add": 4, "mul": 5}, {"add": 4, "mul": 5, "total": 28}, "3.11 instructions for each"),
+        ({"add": 4, "mul": 5}, {"add": 4, "mul": 5, "total": 48}, "3.11 instructions for each"),
     ],
 )
 def test_what_is_wrong_with_counts_is_said(
@@ -288,7 +289,7 @@ def changed(precision: str, file: str, pattern: str, by: str) -> Stand:
 @on_board
 def test_float_in_hardware_and_double_in_software_give_the_hosts_bits() -> None:
     outcomes = [
-        examine(stand(precision), PRECISIONS[precision], core, plugin())
+        examine(stand(precision), None, PRECISIONS[precision], core, plugin())
         for precision, core in (("float64", M4), ("float32", M7))
     ]
     bench = Bench("small", (subject("float64"), subject("float32")))
@@ -310,7 +311,7 @@ def test_too_many_operations_in_software_are_left_out_and_told(
 ) -> None:
     monkeypatch.setattr("servogen.evidence.pil.SOFTWARE_BUDGET", 200_000)
     copy = changed("float64", "sg_player.c", "^", "")
-    outcome = examine(copy, PRECISIONS["float64"], M4, plugin())
+    outcome = examine(copy, None, PRECISIONS["float64"], M4, plugin())
     assert outcome.difference is None
     assert 100 < outcome.played < outcome.of
     told = finding_of(Bench("small", (subject("float64"),)), [outcome], {}).details[0]
@@ -322,7 +323,7 @@ def test_a_changed_table_entry_is_found_and_named() -> None:
     other = changed(
         "float32", "pil_mpc_tables.h", r"(pil_mpc_b\[\d+\] = \{\s*0\.\d*?)(\d)f", r"\g<1>f"
     )
-    outcome = examine(other, PRECISIONS["float32"], M7, plugin())
+    outcome = examine(other, None, PRECISIONS["float32"], M7, plugin())
     assert outcome.difference is not None
     assert re.search(r"^\S.*, call \d+, pil\w*: \w+.* is \S+ instead of", outcome.difference)
     assert any("instead of the host's" in fault for fault in outcome.all_faults())
@@ -334,10 +335,30 @@ def test_one_more_multiplication_breaks_the_equality() -> None:
         "float32", "sg_kernels.h", r"y\[i\] \+= column\[i\] \* factor;",
         "const volatile sg_real one = 1; y[i] += (column[i] * factor) * one;",
     )  # fmt: skip
-    outcome = examine(other, PRECISIONS["float32"], M4, plugin())
+    outcome = examine(other, None, PRECISIONS["float32"], M4, plugin())
     assert outcome.difference is None
     assert any(re.search(r"kernels.*: \d+ mul executed in one call", f) for f in outcome.faults)
     assert any(re.search(r"pil_predict: \d+ div \+ mul executed", f) for f in outcome.faults)
+
+
+@on_board
+def test_without_optimisation_executed_is_counted_in_every_call() -> None:
+    kept = within(stand("float32"), "short", 400_000)
+    levels = play_levels(kept, M7, plugin())
+    assert [level.level for level in levels] == ["-O0", "-Os", "-O3"]
+    for level in levels:
+        assert level.calls == len(kept.which) > 500
+        assert level.all_faults() == []
+    less = replace(kept, counted=kept.counted + (kept.counted > 0))
+    rows = np.zeros((len(kept.which), len(COLUMNS)), np.uint64)
+    for name in ARITHMETIC:
+        rows[:, COLUMNS.index(name)] = kept.counted[:, CLASSES.index(name)]
+    assert unequal_counts(kept, rows, software=False) == []
+    told = unequal_counts(less, rows, software=False)
+    assert "pil_predict: 24 add executed, the C has 25" in told
+    assert any(" neg executed" in line for line in told)
+    assert not any(" neg executed" in line for line in unequal_counts(less, rows, software=True))
+    assert unequal_counts(kept, rows[:-1], software=False) != []
 
 
 BY_HAND = """\

@@ -3,7 +3,8 @@ bits, and executes no more than the static count allows.
 
 Every call of the SIL suite and of the closed loop is played in both precisions on a Cortex-M4F
 (whose double is libgcc's software) and a Cortex-M7. A plugin of QEMU counts the instructions of
-each call by class. QEMU is no model of time: nothing here is a cycle.
+each call by class. The first calls are played again with other optimisation. QEMU is no model of
+time: nothing here is a cycle.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.finding import Finding
 from servogen.evidence.pil_build import (
     CORES,
-    LEVEL,
     Core,
     build_plugin,
     build_target,
@@ -26,6 +26,7 @@ from servogen.evidence.pil_build import (
 )
 from servogen.evidence.pil_compare import first_difference
 from servogen.evidence.pil_counts import EntryPoint, compare_all
+from servogen.evidence.pil_levels import PLAIN, Level, play_levels
 from servogen.evidence.pil_run import play_board
 from servogen.evidence.pil_stand import Stand, make_stand, within
 from servogen.precision import Precision
@@ -35,7 +36,9 @@ RANDOM_STEPS = 200  # of each controller
 # Operations on scalars that are played where each is a function of fifty instructions or more:
 # about a minute. Beyond it calls are left out, and the finding says so.
 SOFTWARE_BUDGET = 500_000_000
-# Instructions of a call for each operation that the C counts in it, all classes together.
+LEVEL_BUDGET = 30_000_000  # the same for the calls that are played again with other optimisation
+# Instructions of a call, beyond pil_counts.CALL, for each operation that the C counts in it, all
+# classes together.
 HARDWARE_FACTOR, SOFTWARE_FACTOR = 3.5, 40.0
 
 
@@ -58,6 +61,7 @@ class Outcome:
     software: bool
     limit: float
     points: tuple[EntryPoint, ...]
+    levels: tuple[Level, ...]
     faults: tuple[str, ...]
 
     @property
@@ -71,7 +75,8 @@ class Outcome:
 
     def all_faults(self) -> list[str]:
         told = [] if self.difference is None else [self.difference]
-        return [f"{self.label}: {fault}" for fault in (*told, *self.faults)]
+        levels = [fault for level in self.levels for fault in level.all_faults()]
+        return [f"{self.label}: {fault}" for fault in (*told, *self.faults, *levels)]
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -82,6 +87,7 @@ class Outcome:
             "arithmetic": "software" if self.software else "hardware",
             "stated_factor": self.limit,
             "largest_factor": round(self.factor, 3),
+            "levels": {level.level: level.to_json() for level in self.levels},
             "straight_line": [p.name for p in self.points if p.straight],
             "entry_points": {p.name: p.to_json() for p in self.points},
         }
@@ -101,22 +107,25 @@ def run(bench: Bench, progress: Progress) -> Finding:
         stands = []
         with progress.task("Building for the host", total=len(bench.subjects)) as task:
             for subject in bench.subjects:
-                stands.append(_stand(subject, folder / subject.precision.name))
+                stands.append(_stands(subject, folder / subject.precision.name))
                 task.advance()
         outcomes = _examine_all(bench.subjects, stands, plugin, progress)
     return finding_of(bench, outcomes, tools)
 
 
 def examine(
-    stand: Stand, precision: Precision, core: Core, plugin: Path, level: str = LEVEL
+    stand: Stand, short: Stand | None, precision: Precision, core: Core, plugin: Path
 ) -> Outcome:
     """One package on one board.
+
+    Args:
+        short: the same with fewer calls, for the other levels of optimisation; None for none.
 
     Raises:
         ToolMissing: no cross compiler or no QEMU.
         CheckFailed: it does not compile, or stops with an error.
     """
-    program = build_target(core, stand.folder, stand.package.sources, level)
+    program = build_target(core, stand.folder, stand.package.sources)
     software = bool(program.map.software)
     if software:
         stand = within(stand, core.name, SOFTWARE_BUDGET)
@@ -128,21 +137,29 @@ def examine(
     return Outcome(
         precision.name, core, len(stand.which), stand.all_calls,
         first_difference(stand.declarations, stand.plays, stand.told, board.told),
-        software, limit, tuple(points), tuple(faults),
+        software, limit, tuple(points),
+        () if short is None else play_levels(short, core, plugin),
+        tuple(faults),
     )  # fmt: skip
 
 
-def _stand(subject: Subject, folder: Path) -> Stand:
-    return make_stand(subject, [*subject.suite(RANDOM_STEPS), subject.closed_loop(None)], folder)
+def _stands(subject: Subject, folder: Path) -> tuple[Stand, Stand]:
+    """With all calls, and with the first."""
+    plays = [*subject.suite(RANDOM_STEPS), subject.closed_loop(None)]
+    stand = make_stand(subject, plays, folder)
+    return stand, within(stand, "short", LEVEL_BUDGET)
 
 
 def _examine_all(
-    subjects: Sequence[Subject], stands: Sequence[Stand], plugin: Path, progress: Progress
+    subjects: Sequence[Subject],
+    stands: Sequence[tuple[Stand, Stand]],
+    plugin: Path,
+    progress: Progress,
 ) -> list[Outcome]:
     """Two boards at a time; the order of what comes back is that of the subjects and boards."""
     jobs = [
-        (stand, subject.precision, core)
-        for subject, stand in zip(subjects, stands, strict=True)
+        (stand, short, subject.precision, core)
+        for subject, (stand, short) in zip(subjects, stands, strict=True)
         for core in CORES
     ]
     outcomes = []
@@ -194,9 +211,19 @@ def _details(o: Outcome) -> list[str]:
         f"{o.label}: {o.played}{part} calls, straight-line entry points {straight} of "
         f"{len(o.points)}, instructions per operation at most {o.factor:.2f} (stated {o.limit:g})"
     )
+    again = [
+        f"  {level.level}: {level.calls} calls"
+        + ("" if level.difference else ", bits equal")
+        + (
+            ", executed equal to counted in each"
+            if level.level == PLAIN and not level.faults
+            else ""
+        )
+        for level in o.levels
+    ]
     most = max(o.points, key=lambda p: p.instructions, default=None)
     if most is None:
-        return [first]
+        return [first, *again]
     return [
         first,
         f"  most instructions: {most.name} {most.instructions}, static count of operations "
@@ -204,4 +231,5 @@ def _details(o: Outcome) -> list[str]:
         + ", ".join(
             f"{c} {most.executed[c]} {most.counted[c]} {most.static[c]}" for c in most.executed
         ),
+        *again,
     ]
