@@ -12,7 +12,7 @@
  * they are not counted themselves), rows=FILE (out: N uint64 in the host's order for each call).
  *
  * Debian ships no qemu-plugin.h. What follows up to the rule is declared as version 1 of the
- * interface has it (QEMU 4.2 to 8.2); QEMU offers the versions it has when it loads the plugin.
+ * interface has it (QEMU 7.2); QEMU says which versions it has when it loads the plugin.
  */
 #include <inttypes.h>
 #include <stddef.h>

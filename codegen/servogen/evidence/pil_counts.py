@@ -29,8 +29,8 @@ from servogen.evidence.pil_run import Rows
 from servogen.wcet.operations import CLASSES, OperationCounts
 
 EXACT = ("add", "mul", "div", "sqrt")
-# Instructions of every call that are no operation of the C: the marks, the call, its arguments, saved
-# registers, the return. They matter where an entry point does next to nothing.
+# Instructions of every call that are no operation of the C: the marks, the call, its arguments,
+# saved registers, the return. They matter where an entry point does next to nothing.
 CALL = 20
 # From the dearest on: each class is held together with all before it.
 LADDER = ("div", "mul", "add", "neg")
