@@ -8,8 +8,17 @@
 #define SG_COUNTING_H
 
 extern unsigned long long sg_tally[SG_N_CLASSES];
+extern unsigned long long sg_turns[SG_N_TURNS + 1];
 
 static inline void sg_hit(int what, int times) { sg_tally[what] += (unsigned long long)times; }
+
+/* The turn with this number, from 0, of a loop up to a named bound: the most of any loop is kept. */
+static inline void sg_turn(int bound, int number)
+{
+    if ((unsigned long long)number >= sg_turns[bound]) {
+        sg_turns[bound] = (unsigned long long)number + 1;
+    }
+}
 
 #define SG_IS_REAL(v) _Generic((v), float: 1, double: 1, default: 0)
 #define SG_KIND(v, real, whole) (SG_IS_REAL(v) ? (real) : (whole))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "sil"))  # the small cascades
 
 from servogen.wcet.dynamic import CountedLibrary, build_counted
 from servogen.wcet.package import Count, count_package

@@ -247,4 +247,6 @@ def test_small_programs(
             getattr(library.functions, name)(x, k, *reals, rng.randrange(4), rng.randrange(4))
             ran = library.read()
             assert bound.covers(ran), f"{name}: {ran} above {bound} in\n{text}"
+            for kind in bounds[name].exact:
+                assert ran.as_dict()[kind] == bound.as_dict()[kind], f"{name}: {kind} in\n{text}"
             assert name[0] == "f" or ran == bound, f"{name}: {ran} is not {bound} in\n{text}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import zip_longest
 
 from pycparser import c_ast, c_generator
@@ -10,6 +11,7 @@ from servogen.wcet.constants import evaluate
 from servogen.wcet.ctype import Array, CType, Record, Scalar, elements
 from servogen.wcet.operations import CLASSES
 from servogen.wcet.refusal import refuse
+from servogen.wcet.turns import turn_of
 from servogen.wcet.typed import LOGICAL, MATH_CLASSES, MEMORY_FUNCTIONS, TypedFunction
 from servogen.wcet.unit import Unit
 
@@ -31,27 +33,40 @@ _TESTS = {
 }
 
 
-def prelude() -> str:
-    """The classes as C constants, in the order of ``CLASSES``, ahead of sg_counting.h."""
+def prelude(watched: Sequence[str] = ()) -> str:
+    """C constants ahead of sg_counting.h: the classes in the order of ``CLASSES``, and the named
+    bounds whose turns are watched."""
     names = [f"SG_N_{name.upper()} = {i}" for i, name in enumerate(CLASSES)]
-    return f"enum {{ {', '.join(names)}, SG_N_CLASSES = {len(CLASSES)} }};\n"
+    names += [f"SG_N_CLASSES = {len(CLASSES)}"]
+    names += [f"{_turn_name(name)} = {i}" for i, name in enumerate(watched)]
+    names += [f"SG_N_TURNS = {len(watched)}"]
+    return f"enum {{ {', '.join(names)} }};\n"
 
 
-def instrument(unit: Unit) -> str:
+def instrument(unit: Unit, watched: Sequence[str] = ()) -> str:
     """C text of the unit with counting in every function; the tree is changed in place.
+
+    Args:
+        unit: what to rewrite.
+        watched: named bounds (see ``turns.watched_bounds``): the turns done are kept as well.
 
     Raises:
         CountRefused: what the static count refuses by form (goto, pointer calls, odd types).
     """
     for node in unit.functions.values():
-        _Rewriter(TypedFunction(unit, node)).body()
+        _Rewriter(TypedFunction(unit, node), watched).body()
     text: str = c_generator.CGenerator().visit(unit.tree)
-    return prelude() + '#include "sg_counting.h"\n' + text
+    return prelude(watched) + '#include "sg_counting.h"\n' + text
+
+
+def _turn_name(bound: str) -> str:
+    return f"SG_TURNS_{bound}"
 
 
 class _Rewriter:
-    def __init__(self, typed: TypedFunction) -> None:
+    def __init__(self, typed: TypedFunction, watched: Sequence[str]) -> None:
         self.typed = typed
+        self.watched = watched
 
     def body(self) -> None:
         self.statement(self.typed.node.body)
@@ -67,10 +82,13 @@ class _Rewriter:
             node.iftrue = self.statement(node.iftrue)
             node.iffalse = self.statement(node.iffalse)
         elif isinstance(node, c_ast.For):
+            told = self._turn(node)
             node.init = self.statement(node.init)
             node.cond = _macro("SG_IF", self._truth(node.cond))
             node.next = self._value(node.next)
             node.stmt = self.statement(node.stmt)
+            if told is not None:
+                node.stmt = c_ast.Compound([told, node.stmt])
         elif isinstance(node, c_ast.DoWhile):
             node.stmt = self.statement(node.stmt)
         elif isinstance(node, c_ast.Switch):
@@ -89,6 +107,14 @@ class _Rewriter:
         ):
             return self._value(node)
         return node
+
+    def _turn(self, node: c_ast.For) -> c_ast.Node | None:
+        """The statement that says which turn of a loop up to a watched bound this is."""
+        turn = turn_of(node)
+        if turn is None or turn.bound not in self.watched:
+            return None
+        number = c_ast.BinaryOp("-", c_ast.ID(turn.counter), turn.start)
+        return _macro("sg_turn", c_ast.ID(_turn_name(turn.bound)), number)
 
     def _block(self, items: list[c_ast.Node]) -> list[c_ast.Node]:
         done = []
