@@ -1,0 +1,163 @@
+"""Which check finds which planted fault: every check on every mutant, as one table.
+
+    python -m servogen.evidence.seeded PROJECT.toml TABLE.md [CHECK ...]
+
+Without names all checks are run; one that cannot be run here, or is not chosen, is shown as not
+run. A check that already fails on the sound package says nothing and is shown so, too.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from servogen.errors import CheckFailed, ServogenError
+from servogen.evidence.bench import Bench, Subject
+from servogen.evidence.catalogue import CHECKS
+from servogen.evidence.seeded_faults import FAULTS, Fault, plant
+from servogen.evidence.seeded_quick import Equivalence, Quick, StaticCount, warnings
+from servogen.evidence.seeded_table import Row, table_text
+from servogen.evidence.tools import ToolMissing
+from servogen.progress import Progress, Silent, for_stream
+
+STEPS = 60  # random steps per controller for the equivalence of a mutant
+PERIODS = 60  # and slow periods of its closed loop
+# Checks whose every call costs are given fewer: steps at most, slow periods at most.
+SHORTENED = {"pil": (10, 20), "prove": (10, 20)}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A check as it is used here: ``obstacle`` says why it is not run."""
+
+    title: str
+    judge: Quick
+    obstacle: str = ""
+
+
+def run_seeded(bench: Bench, columns: Sequence[Column], progress: Progress) -> list[Row]:
+    """Plant every fault in every subject and ask every check.
+
+    Raises:
+        CheckFailed: a fault cannot be planted.
+    """
+    rows = []
+    with progress.task("Planting faults", total=len(FAULTS)) as task:
+        for fault in FAULTS:
+            mutant = with_fault(bench, fault)
+            said = {c.title: _asked(c, mutant) for c in columns}
+            rows.append(Row(fault, said))
+            task.advance()
+    return rows
+
+
+def with_fault(bench: Bench, fault: Fault) -> Bench:
+    """The bench with the fault in the C of every subject; calls and counts are the sound one's."""
+    planted = [replace(s, package=plant(fault, s.package)) for s in bench.subjects]
+    return replace(bench, subjects=tuple(planted))
+
+
+def _asked(column: Column, mutant: Bench) -> str:
+    """``caught``, ``missed``, or why the check was not run."""
+    if column.obstacle:
+        return column.obstacle
+    try:
+        return "caught" if column.judge(mutant) else "missed"
+    except ServogenError:  # refused: does not compile, cannot be counted, no answer
+        return "caught"
+
+
+def columns_for(bench: Bench, names: Sequence[str]) -> list[Column]:
+    """The quick checks, learned from the sound bench, and the catalogue's, tried on it first."""
+    equivalence = Equivalence(
+        {s.precision.name: [*s.suite(STEPS), s.closed_loop(PERIODS)] for s in bench.subjects}
+    )
+    equivalence.learn(bench)
+    counts = StaticCount()
+    counts.learn(bench)
+    quick: dict[str, Quick] = {
+        "gcc -Werror": warnings,
+        "sil": equivalence,
+        "count of the head": counts,
+    }
+    columns = [_tried(Column(title, judge), bench) for title, judge in quick.items()]
+    for name in CHECKS:
+        chosen = not names or name in names
+        column = Column(name, _judge_of(name), "" if chosen else "not chosen")
+        columns.append(_tried(column, bench) if chosen else column)
+    return columns
+
+
+def _judge_of(name: str) -> Quick:
+    def judge(bench: Bench) -> list[str]:
+        finding = CHECKS[name].run(shortened(bench, *SHORTENED.get(name, (None, None))), Silent())
+        return [] if finding.passed else list(finding.faults) or [finding.summary]
+
+    return judge
+
+
+def _tried(column: Column, bench: Bench) -> Column:
+    """The column with its obstacle, if it has one: tool missing, or faults in sound C."""
+    try:
+        faults = column.judge(bench)
+    except ToolMissing:
+        return replace(column, obstacle="tool missing")
+    except ModuleNotFoundError:
+        return replace(column, obstacle="no such check yet")
+    except CheckFailed as refused:
+        faults = [str(refused)]
+    for fault in faults[:3]:
+        print(f"seeded: {column.title} fails on the sound C: {fault}", file=sys.stderr)
+    return replace(column, obstacle="fails on the sound C" if faults else "")
+
+
+def shortened(bench: Bench, steps: int | None, periods: int | None) -> Bench:
+    """The bench with no more than so many random steps and slow periods; None for all."""
+    if steps is None:
+        return bench
+
+    def fewer(subject: Subject) -> Subject:
+        return replace(
+            subject,
+            suite=lambda count: subject.suite(min(count, steps)),
+            closed_loop=lambda asked: subject.closed_loop(periods),
+        )
+
+    return replace(bench, subjects=tuple(fewer(s) for s in bench.subjects))
+
+
+def remembered(bench: Bench) -> Bench:
+    """The bench in its own precision alone; what is costly to record is recorded once."""
+    own = bench.subjects[0]
+    kept: Subject = replace(own, suite=cache(own.suite), closed_loop=cache(own.closed_loop))
+    return replace(bench, subjects=(kept,))
+
+
+def main(arguments: Sequence[str]) -> int:
+    """See the module's text; status 1 where a fault escapes all checks."""
+    from servogen.project import load_project
+    from servogen.steps.check import bench_of
+    from servogen.steps.prepare import prepare
+
+    if len(arguments) < 2 or set(arguments[2:]) - set(CHECKS):
+        print(f"usage: seeded PROJECT.toml TABLE.md [{' '.join(CHECKS)}]", file=sys.stderr)
+        return 2
+    progress = for_stream(sys.stderr)
+    try:
+        bench = remembered(bench_of(prepare(load_project(Path(arguments[0])), progress)))
+        rows = run_seeded(bench, columns_for(bench, arguments[2:]), progress)
+    except ServogenError as error:
+        print(f"servogen: {error}", file=sys.stderr)
+        return error.exit_status
+    Path(arguments[1]).write_text(table_text(bench, rows), encoding="utf-8")
+    escaped = [row.fault.name for row in rows if "caught" not in row.said.values()]
+    for name in escaped:
+        print(f"nothing that ran caught: {name}")
+    return 1 if escaped else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
