@@ -35,14 +35,20 @@ from servogen.wcet.operations import CLASSES, OperationCounts
 from servogen.wcet.package import count_package
 
 M4, M7 = CORES
-TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
-missing = [tool for tool in TOOLS if shutil.which(tool) is None]
+
+
+@pytest.fixture(scope="session")
+def board() -> None:
+    """The tools that an emulated processor wants."""
+    try:
+        tool_versions()
+    except ToolMissing as error:
+        pytest.skip(str(error))
 
 
 def on_board(test: Callable[..., None]) -> Callable[..., None]:
     """Wants the tools; all such tests on one worker, which builds what they share once."""
-    reason = f"not installed: {', '.join(missing)}"
-    return pytest.mark.skipif(bool(missing), reason=reason)(pytest.mark.xdist_group("pil")(test))
+    return pytest.mark.usefixtures("board")(pytest.mark.xdist_group("pil")(test))
 
 
 MARKS = "00000010 T sg_player_begin\n00000014 T sg_player_end\n"
