@@ -36,7 +36,7 @@ RANDOM_STEPS = 200  # of each controller
 # Operations on scalars that are played where each is a function of fifty instructions or more:
 # about a minute. Beyond it calls are left out, and the finding says so.
 SOFTWARE_BUDGET = 500_000_000
-LEVEL_BUDGET = 30_000_000  # the same for the calls that are played again with other optimisation
+LEVEL_BUDGET = 10_000_000  # the same for the calls that are played again with other optimisation
 # Instructions of a call, beyond pil_counts.CALL, for each operation that the C counts in it, all
 # classes together.
 HARDWARE_FACTOR, SOFTWARE_FACTOR = 2.5, 40.0
