@@ -12,7 +12,7 @@ from servogen.evidence.pil_map import AddressMap, address_map
 from servogen.evidence.tools import ToolMissing, demand, find_tool, run_tool, version_of
 from servogen.resources import resource_dir
 from servogen.sil.player import player_source
-from servogen.wcet.dynamic import write_counted_sources
+from servogen.wcet.dynamic import COUNTING_FLAGS, counting_dir, write_counted_sources
 from servogen.wcet.operations import CLASSES
 
 ARM, QEMU, SPECS = "arm-none-eabi-", "qemu-system-arm", "picolibc.specs"
@@ -92,18 +92,17 @@ def build_counted(folder: Path, sources: Sequence[str]) -> Path:
     """
     gcc = find_tool("gcc", "apt-get install gcc")
     runtime = resource_dir("c_runtime")
-    twins = write_counted_sources([folder / s for s in sources], [folder], folder / "counted")
+    twins = write_counted_sources([folder / s for s in sources], [folder], folder / "counted").files
     target = folder / "counted_player"
     demand(
-        [gcc, "-std=gnu11", "-ffp-contract=off", "-O1", "-w", "-DSG_PLAYER_FILES",
-         "-DSG_PLAYER_MARKS",
+        [gcc, *COUNTING_FLAGS, "-DSG_PLAYER_FILES", "-DSG_PLAYER_MARKS",
          f"-DSG_N_CLASSES={len(CLASSES)}", "-I", folder, "-c", PLAYER,
          runtime / "pil" / "sg_pil_tally.c"],
         "the counting player", folder,
     )  # fmt: skip
     demand(
-        [gcc, "-std=gnu11", "-ffp-contract=off", "-O1", "-w", "-I", runtime / "counting",
-         "-o", target, *twins, "sg_player.o", "sg_pil_tally.o"],
+        [gcc, *COUNTING_FLAGS, "-I", counting_dir(), "-o", target, *twins, "sg_player.o",
+         "sg_pil_tally.o"],
         "the counting twin", folder,
     )  # fmt: skip
     return target
