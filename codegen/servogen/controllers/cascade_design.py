@@ -19,11 +19,12 @@ from servogen.controllers.design import (
     Operation,
     Port,
     StateField,
+    Status,
     Table,
 )
 from servogen.controllers.fast_design import FastDesign, declare_fast
 from servogen.controllers.governor_design import AXES, GovernorDesign, declare_governor, point_ports
-from servogen.controllers.mpc_design import MpcDesign, declare_mpc, state_ports
+from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_ports
 from servogen.plants.statespace import Discrete
 
 
@@ -58,6 +59,27 @@ def declare_parts(design: CascadeDesign) -> tuple[Declaration, ...]:
     )
 
 
+def _step_outputs(design: CascadeDesign) -> tuple[Port, ...]:
+    """Bounded whatever came in: commands by a clamp, counts by the queue of the fast stage."""
+    limits, points = design.governor.limits, design.governor.points
+    reaches = [limit.position_m * POSITION_FACTOR for limit in limits]
+    caps = [m.pqp.cap for m in design.mpc] if design.mpc else [0, 0]
+    counts = (
+        ("points_taken", "points to drop from the front of the path", points),
+        ("interval_points", "points of the interval that begins", points),
+        ("pending", "points taken and not yet processed", points * max(design.horizon, 1)),
+        *((f"iterations_{a}", "PQP iterations", cap) for a, cap in zip(AXES, caps, strict=True)),
+        *((f"status_{a}", "status of this axis", int(max(Status))) for a in AXES),
+    )
+    return (
+        *(
+            Port(f"command_{a}", "m", "slow stage position command", low=-reach, high=reach)
+            for a, reach in zip(AXES, reaches, strict=True)
+        ),
+        *(Port(name, "1", doc, integer=True, low=0, high=most) for name, doc, most in counts),
+    )
+
+
 def declare_cascade(design: CascadeDesign) -> Declaration:
     """Names, sizes and ports of the cascade."""
     g, horizon = design.governor, design.horizon
@@ -71,14 +93,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
         for axis, limit in zip(AXES, g.limits, strict=True)
         for port in state_ports(f"{axis}_", g.order, limit)
     )
-    outputs = [
-        *(Port(f"command_{axis}", "m", "slow stage position command") for axis in AXES),
-        Port("points_taken", "1", "points to drop from the front of the path", integer=True),
-        Port("interval_points", "1", "points of the interval that begins", integer=True),
-        Port("pending", "1", "points taken and not yet processed", integer=True),
-        *(Port(f"iterations_{axis}", "1", "PQP iterations", integer=True) for axis in AXES),
-        *(Port(f"status_{axis}", "1", "status of this axis", integer=True) for axis in AXES),
-    ]
+    outputs = _step_outputs(design)
     constants = []  # the governor alone needs none
     for axis, limit in zip(AXES, g.limits if horizon else (), strict=False):
         constants += [
@@ -118,7 +133,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                 "step",
                 "plan and start in one, for a processor that needs no time to speak of.",
                 inputs=(*states, *point_ports(g.points, g.limits)),
-                outputs=tuple(outputs),
+                outputs=outputs,
             ),
             Operation(
                 "predict",
@@ -132,7 +147,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                 "plan",
                 "Govern and optimise for the state at the next slow sample; takes its time.",
                 inputs=(*states, *point_ports(g.points, g.limits)),
-                outputs=tuple(outputs),
+                outputs=outputs,
                 shares="step",
                 period_s=slow,
             ),

@@ -45,7 +45,8 @@ class Port:
         doc: what it is.
         size: 0 for a scalar, else the array's length.
         integer: ``int32_t`` instead of the scalar type.
-        low, high: declared range of an input; None where any value of the type is met.
+        low, high: declared range. An input beyond it is refused by status; an output is never
+            beyond it, whatever came in (but for the rounding of a sum). None: any finite value.
     """
 
     name: str

@@ -119,6 +119,35 @@ def _feed_constants(points: int, ramp: int) -> tuple[Constant, ...]:
     )
 
 
+def _step_outputs(design: FastDesign) -> tuple[Port, ...]:
+    """Bounded whatever came in: commands by a clamp, the rest lies among points of the path."""
+    reaches = [limits.fast_range_m * RANGE_FACTOR for limits in design.limits]
+    ends = [limits.position_m for limits in design.limits]
+    return (
+        *(
+            Port(f"command_{axis}", "m", "fast stage command", low=-reach, high=reach)
+            for axis, reach in zip(AXES, reaches, strict=True)
+        ),
+        *(
+            Port(
+                f"reference_{axis}",
+                "m",
+                "r_f of (22), where the tool should be",
+                low=-end,
+                high=end,
+            )
+            for axis, end in zip(AXES, ends, strict=True)
+        ),
+        Port(
+            "along",
+            "1",
+            "points of the interval behind that point",
+            low=0.0,
+            high=float(design.points),
+        ),
+    )
+
+
 def declare_fast(design: FastDesign) -> Declaration:
     """Names, sizes, tables and ports of the fast stage's command generator."""
     begin = []
@@ -192,26 +221,30 @@ def declare_fast(design: FastDesign) -> Declaration:
                 "begin",
                 "Start the next interval of the queue from the slow stage's measured state.",
                 inputs=tuple(begin),
-                outputs=(Port("interval_points", "1", "its points", integer=True),),
+                outputs=(
+                    Port(
+                        "interval_points",
+                        "1",
+                        "its points",
+                        integer=True,
+                        low=0,
+                        high=design.points,
+                    ),
+                ),
             ),
             Operation(
                 "room",
                 "Most points the next interval can pass without a step in the feed.",
-                outputs=(Port("points", "1", "at most M", integer=True),),
+                outputs=(
+                    Port("points", "1", "at most M", integer=True, low=0, high=design.points),
+                ),
                 returns_status=False,
                 reads_only=True,
             ),
             Operation(
                 "step",
                 "One fast sample.",
-                outputs=(
-                    *(Port(f"command_{axis}", "m", "fast stage command") for axis in AXES),
-                    *(
-                        Port(f"reference_{axis}", "m", "r_f of (22), where the tool should be")
-                        for axis in AXES
-                    ),
-                    Port("along", "1", "points of the interval behind that point"),
-                ),
+                outputs=_step_outputs(design),
                 returns_status=False,
             ),
         ),

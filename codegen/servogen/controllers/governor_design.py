@@ -9,6 +9,7 @@ end is tested too (``both_ends``), or the shifted plan of Corollary 1 could leav
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +105,17 @@ def point_ports(points: int, limits: tuple[AxisLimits, AxisLimits]) -> tuple[Por
     return (*ports, Port("n_points", "1", "valid points", integer=True, low=0, high=points))
 
 
+def _told(axis: str, limits: AxisLimits) -> Iterator[Port]:
+    """What the governor says of an interval: all of it points of the path."""
+    for name, what in (
+        ("reference", "r of (15b)"),
+        ("low", "least coordinate among the points of the interval"),
+        ("high", "greatest coordinate among them"),
+    ):
+        reach = limits.position_m
+        yield Port(f"{name}_{axis}", "m", what, low=-reach, high=reach)
+
+
 def declare_governor(design: GovernorDesign) -> Declaration:
     """Names, sizes, tables and ports of the governor."""
     ranges = zip(AXES, design.limits, design.sections, strict=True)
@@ -125,13 +137,10 @@ def declare_governor(design: GovernorDesign) -> Declaration:
         Port(f"last_{a}", "m", "last point taken", low=-lim.position_m, high=lim.position_m)
         for a, lim in zip(AXES, design.limits, strict=True)
     )
-    outputs = [Port("points_taken", "1", "eta of (14)", integer=True)]
-    for axis in AXES:
-        outputs += [
-            Port(f"reference_{axis}", "m", "r of (15b)"),
-            Port(f"low_{axis}", "m", "least coordinate among the points of the interval"),
-            Port(f"high_{axis}", "m", "greatest coordinate among them"),
-        ]
+    outputs = [
+        Port("points_taken", "1", "eta of (14)", integer=True, low=0, high=design.points),
+        *(port for a, lim in zip(AXES, design.limits, strict=True) for port in _told(a, lim)),
+    ]
     return Declaration(
         kind="governor",
         prefix=design.prefix,

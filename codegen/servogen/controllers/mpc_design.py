@@ -143,7 +143,17 @@ def declare_mpc(design: MpcDesign) -> Declaration:
         low=-lim.position_m,
         high=lim.position_m,
     )
-    command = Port("command", "m", "slow stage position command for this period")
+    command = Port(
+        "command", "m", "slow stage position command for this period", low=-reach, high=reach
+    )
+    iterations = Port(
+        "iterations",
+        "1",
+        "iterates evaluated; 0: none needed",
+        integer=True,
+        low=0,
+        high=design.pqp.cap,
+    )
     return Declaration(
         kind="mpc",
         prefix=design.prefix,
@@ -238,10 +248,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
                 "step",
                 "Solve (16); at the cap without a feasible iterate, use the shifted plan.",
                 inputs=(*state, reference, *bounds),
-                outputs=(
-                    command,
-                    Port("iterations", "1", "iterates evaluated; 0: none needed", integer=True),
-                ),
+                outputs=(command, iterations),
             ),
             Operation(
                 "hold",
