@@ -83,7 +83,7 @@ def report(project: Project, out: Path, progress: Progress) -> reporting.ReportR
     found = reporting.Findings(
         prepared=prepared,
         simulated=simulating.simulate(prepared, False, progress),
-        wcet=counting.count(prepared, None),
+        wcet=counting.survey(prepared),
     )
     return reporting.report(found, out)
 
@@ -138,7 +138,7 @@ def run(project: Project, out: Path, progress: Progress) -> RunResult:
     found("terminal", finding.terminal_finding(prepared, bench))
     proven = keep("sil", proving.equivalence(prepared, None, progress))
     keep_finding(finding.sil_finding(proven, bench), out, dated)
-    counted = keep("wcet", counting.count(prepared, None))
+    counted = keep("wcet", counting.survey(prepared))
     keep_finding(finding.wcet_finding(counted, bench), out, dated)
     simulated = keep("simulate", simulating.simulate(prepared, False, progress))
     keep_finding(finding.simulate_finding(simulated, bench), out, dated)

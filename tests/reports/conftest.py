@@ -86,6 +86,7 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> ReportData:
 def full(bare: ReportData) -> ReportData:
     """Everything was run."""
     budget = {
+        "calls": {"corner_plan": 1, "corner_fast_step": 30},
         "target": "tms320c6678",
         "budget_cycles": 6e6,
         "fixed_cycles": 81234.0,
@@ -125,10 +126,10 @@ def full(bare: ReportData) -> ReportData:
             "closed_loops": [{"precision": "float64", "periods": 77, "passed": True}],
         },
         wcet={
-            "schema": "servogen.wcet/1",
+            "schema": "servogen.wcet/2",
             "passed": True,
             "share": 0.2,
-            "budgets": {"corner_step": budget},
+            "budgets": {"30 ms": budget},
             "precision": "float64",
             "entry_points": {
                 "corner_step": {

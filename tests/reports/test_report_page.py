@@ -135,7 +135,8 @@ def test_what_was_not_run_is_said_and_never_passed(bare_page: str) -> None:
     text = readable(bare_page)
     for verb in ("sil", "wcet", "study", "build"):
         assert f"servogen {verb} servogen.toml" in text
-    assert text.count("Not run.") == 5
+    assert text.count("Not run.") == 6
+    assert "servogen check counts servogen.toml" in text
     states = re.findall(r'<li class="([a-z-]+)">', bare_page)
     assert states == ["passed"] * 4 + ["not-run"] * 5
     assert "badge partly" in bare_page
@@ -256,3 +257,60 @@ def test_unknown_json_is_shown_as_it_stands(full: ReportData) -> None:
     assert "worst [s]" in text
     assert "0.00123" in text
     assert "a 1, 2" in text
+
+
+def test_static_count_and_run_side_by_side(full: ReportData, page: str) -> None:
+    assert "servogen check counts" in readable(page)  # the entry of the fixture is another check's
+    assert full.certificate is not None
+    static = {"add": 1200, "mul": 700, "div": 0}
+    entry = {
+        "calls": 77123,
+        "static": static,
+        "largest_run": static | {"mul": 699},
+        "held": True,
+        "equal": False,
+        "ratio_of_turns_done": 0.983,
+    }
+    early = entry | {"held": False}  # a call that stopped early did too much for its turns
+    equal = entry | {"largest_run": static, "equal": True}
+    above = entry | {"largest_run": static | {"div": 1}}
+    figures = {
+        "float32": {
+            "entry_points": {
+                "corner_plan": entry,
+                "corner_init": equal,
+                "bad": above,
+                "worse": early,
+            }
+        }
+    }
+    kept = replace(full.certificate.entries[0], name="counts", figures=figures)
+    told = make_report(replace(full, certificate=replace(full.certificate, entries=(kept,))))
+    text = readable(told)
+    assert "servogen check counts" not in text
+    assert "699 / 700" in text
+    assert "77123" in text
+    for told_as in ("covered", "always equal", "above: div", "not held"):
+        assert text.count(told_as) == 1, told_as
+
+
+def test_targets_and_memory(full: ReportData) -> None:
+    memory = {
+        "data_bytes": 900, "data_limit_bytes": 1000, "table_bytes": 70, "table_limit_bytes": 60,
+        "state": {"corner_t": 800}, "arguments": {}, "stack": {"corner_plan": 100},
+    }  # fmt: skip
+    budget = {"total_cycles": 4711.0, "utilisation": 1.7, "fits": False, "culprit": "X_CAP"}
+    targets = {
+        "fast": {"memory": memory, "budgets": {"30 ms": budget}, "faults": ["over"]},
+        "poor": {"memory": memory, "budgets": {}, "faults": ["poor has no cycles for float64"]},
+    }
+    wcet = {**(full.wcet or {}), "memory": memory, "targets": targets}
+    text = readable(make_report(replace(full, wcet=wcet)))
+    for told in (
+        "stack of corner_plan",
+        "too small",
+        "over: X_CAP",
+        "170",
+        "no cycles for float64",
+    ):
+        assert told in text

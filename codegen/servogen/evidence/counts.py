@@ -115,7 +115,7 @@ def _figures(subject: Subject, plays: Sequence[Play], runs: Runs) -> dict[str, A
 def _entry(count: Count, runs: EntryRuns) -> dict[str, Any]:
     """Static count, largest and least run side by side.
 
-    ``equal``: every call did just what is counted. ``ratio``: largest run by static count;
+    ``held``: no call broke the count; ``equal``: every call did just what is counted. ``ratio``: largest run by static count;
     ``ratio_of_turns_done``: the same of the closest call, by the count for the turns it did.
     """
     static = count.total()
@@ -125,6 +125,10 @@ def _entry(count: Count, runs: EntryRuns) -> dict[str, Any]:
         "largest_run": runs.largest.as_dict(),
         "least_run": runs.least.as_dict(),
         "same_in_every_run": list(count.exact),
+        "held": runs.calls > 0
+        and runs.above is None
+        and runs.unequal is None
+        and static.covers(runs.largest),
         "equal": static == runs.largest == runs.least,
         "ratio": _share(runs.largest.as_dict(), static.as_dict()),
         "ratio_of_turns_done": runs.closest,

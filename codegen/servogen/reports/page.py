@@ -13,6 +13,7 @@ from servogen import __version__
 from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.reports.checks import all_checks, verdict
+from servogen.reports.count_tables import wcet_parts
 from servogen.reports.data import ReportData
 from servogen.reports.evidence_tables import evidence_parts
 from servogen.reports.path_figure import path_figure
@@ -23,7 +24,7 @@ from servogen.reports.run_tables import (
     study_table,
 )
 from servogen.reports.set_figure import set_figure
-from servogen.reports.step_tables import build_parts, sil_parts, wcet_parts
+from servogen.reports.step_tables import build_parts, sil_parts
 from servogen.reports.study_figure import study_figure
 from servogen.reports.style import Figure
 from servogen.reports.summary import key_figures, summary
@@ -76,7 +77,7 @@ def _sections(data: ReportData) -> list[Section]:
         ),
         Section("study", "Study", study),
         Section("sil", "Equivalence", tuple(sil_parts(data))),
-        Section("wcet", "Cycles", tuple(wcet_parts(data))),
+        Section("wcet", "Counts and cycles", tuple(wcet_parts(data))),
         Section("evidence", "Evidence", tuple(evidence_parts(data))),
         Section("build", "Build", (*design_tables(data), *build_parts(data))),
     ]

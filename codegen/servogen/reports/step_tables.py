@@ -1,4 +1,4 @@
-"""Tables of the other verbs, from their JSON: equivalence, counts, build.
+"""Tables of the other verbs, from their JSON: equivalence, build.
 
 What a step's JSON says beyond the known keys is shown as it stands.
 """
@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from servogen.reports.data import ReportData
-from servogen.reports.numbers import number, percent
 from servogen.reports.tables import (
     BAD,
     GOOD,
@@ -22,12 +21,12 @@ from servogen.reports.tables import (
     label,
     other_keys,
     passed_cell,
+    size_table,
     text,
 )
 
 Json = Mapping[str, Any]
 Part = Table | Missing
-_CLASSES = ("add", "mul", "div", "cmp", "load", "store")
 
 
 def sil_parts(data: ReportData) -> list[Part]:
@@ -86,84 +85,6 @@ def _scenarios(scenarios: Sequence[Json]) -> Table:
     return Table(f"All {len(rows)} scenarios", columns, rows, folded=True)
 
 
-def wcet_parts(data: ReportData) -> list[Part]:
-    """Worst-case counts and the budget."""
-    found = data.wcet
-    if found is None:
-        return [Missing("The operations have not been counted", _command(data, "wcet"))]
-    parts: list[Part] = []
-    budgets = _named(found.get("budgets"))
-    if budgets:
-        parts.append(_budgets(budgets, found.get("share")))
-    entries = _named(found.get("entry_points"))
-    if entries:
-        # those that run periodically for every reader, the others for who asks
-        periodic = {name: count for name, count in entries.items() if name in budgets}
-        parts += [_counts(periodic or entries, False), _counts(entries, True)]
-    tables = found.get("table_bytes")
-    if isinstance(tables, Mapping) and tables:
-        parts.append(_bytes("Constant tables", tables))
-    known = ("budgets", "share", "entry_points", "table_bytes")
-    return parts + other_keys("Other figures", found, known)
-
-
-def _budgets(budgets: Mapping[str, Json], share: Any) -> Table:
-    rows = []
-    for entry, b in budgets.items():
-        fits = b.get("fits") is True
-        rows.append(
-            (
-                text(entry, "name"),
-                any_cell(b.get("target")),
-                any_cell(_whole(b.get("budget_cycles"))),
-                any_cell(_whole(b.get("fixed_cycles"))),
-                any_cell(_whole(b.get("cycles_per_iteration"))),
-                any_cell(b.get("cap")),
-                any_cell(_whole(b.get("total_cycles"))),
-                Cell(percent(_float(b.get("utilisation"))), numeric=True),
-                any_cell(b.get("largest_cap")),
-                Cell("fits", GOOD) if fits else Cell(f"over: {b.get('culprit')}", BAD),
-            )
-        )
-    columns = ("entry point", "target", "budget [cycles]", "fixed [cycles]",
-               "per iteration [cycles]", "cap", "worst case [cycles]", "of budget",
-               "largest cap that fits", "verdict")  # fmt: skip
-    note = "Cycles of the worst case, with the cap as emitted; all capped loops have equal caps."
-    if isinstance(share, int | float):
-        note = f"Budget: {percent(share)} of the period. {note}"
-    return Table("Budget", columns, tuple(rows), note)
-
-
-def _counts(entries: Mapping[str, Json], everything: bool) -> Table:
-    """Per entry point: the fixed part, one iteration of each capped loop, the total."""
-    classes = _all_classes(entries) if everything else _CLASSES
-    rows = []
-    for entry, count in entries.items():
-        rows.append(_count_row(entry, "fixed part", count.get("fixed"), classes))
-        caps = count.get("caps") or {}
-        for cap, part in _named(count.get("per_iteration")).items():
-            times = f"one iteration, {cap} = {number(caps[cap])}" if cap in caps else cap
-            rows.append(_count_row(entry, times, part, classes))
-        if count.get("per_iteration"):
-            rows.append(_count_row(entry, "worst case", count.get("total"), classes))
-    title = "All entry points, all classes of operations" if everything else "Worst-case operations"
-    note = "" if everything else "Of the scalar type; integer work is counted too, see below."
-    columns = ("entry point", "part", *(label(name) for name in classes))
-    return Table(title, columns, tuple(rows), note, folded=everything)
-
-
-def _all_classes(entries: Mapping[str, Json]) -> tuple[str, ...]:
-    names: dict[str, None] = {}
-    for count in entries.values():
-        names |= dict.fromkeys(count.get("fixed") or {})
-    return tuple(names)
-
-
-def _count_row(entry: str, part: str, counts: Any, classes: Sequence[str]) -> tuple[Cell, ...]:
-    found = counts if isinstance(counts, Mapping) else {}
-    return (text(entry, "name"), text(part), *(any_cell(found.get(name)) for name in classes))
-
-
 def build_parts(data: ReportData) -> list[Part]:
     """What was emitted."""
     found = data.build
@@ -179,17 +100,10 @@ def build_parts(data: ReportData) -> list[Part]:
     if scalars:
         parts.append(key_table("Package", {label(key): value for key, value in scalars.items()}))
     if isinstance(files, Mapping):
-        parts.append(_bytes("Emitted files", files))
+        parts.append(size_table("Emitted files", files))
     elif files is not None:
         parts.append(key_table("Emitted files", {"files": files}))
     return parts
-
-
-def _bytes(title: str, sizes: Mapping[str, Any]) -> Table:
-    total = sum(v for v in sizes.values() if isinstance(v, int))
-    rows = tuple((text(str(name)), any_cell(size)) for name, size in sizes.items())
-    heading = f"{title}: {number(len(rows))}, {number(total)} bytes in all"
-    return Table(heading, ("name", "bytes"), rows, folded=len(rows) > 8)
 
 
 def _records(title: str, records: Sequence[Json]) -> Table:
@@ -210,16 +124,6 @@ def _mappings(value: Any) -> list[Json]:
     if not isinstance(value, list | tuple):
         return []
     return [item for item in value if isinstance(item, Mapping)]
-
-
-def _named(value: Any) -> dict[str, Json]:
-    if not isinstance(value, Mapping):
-        return {}
-    return {str(k): v for k, v in value.items() if isinstance(v, Mapping)}
-
-
-def _whole(value: Any) -> Any:
-    return round(value) if isinstance(value, float) and abs(value) >= 100.0 else value
 
 
 def _float(value: Any) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from servogen.reports.numbers import NOTHING, number
+from servogen.reports.numbers import NOTHING, number, percent
 
 GOOD, BAD, MUTED, PLAIN = "good", "bad", "muted", ""
 
@@ -61,6 +61,19 @@ def figure_cell(value: float, digits: int = 4, kind: str = PLAIN) -> Cell:
     return Cell(number(value, digits), kind, numeric=True)
 
 
+def share_cell(value: Any) -> Cell:
+    """A part of one as a percentage."""
+    known = isinstance(value, int | float)
+    return Cell(percent(float(value)), numeric=True) if known else any_cell(None)
+
+
+def named(value: Any) -> dict[str, Mapping[str, Any]]:
+    """The members of a mapping that are mappings themselves."""
+    if not isinstance(value, Mapping):
+        return {}
+    return {str(k): v for k, v in value.items() if isinstance(v, Mapping)}
+
+
 def passed_cell(passed: bool, good: str = "passed", bad: str = "failed") -> Cell:
     return Cell(good, GOOD) if passed else Cell(bad, BAD)
 
@@ -84,6 +97,14 @@ def key_table(title: str, values: Mapping[str, Any], note: str = "") -> Table:
     """Two columns: what and how much."""
     rows = tuple((Cell(key), Cell(any_cell(value).text)) for key, value in values.items())
     return Table(title, ("", "value"), rows, note)
+
+
+def size_table(title: str, sizes: Mapping[str, Any]) -> Table:
+    """Names and bytes, their sum in the title; folded where there are many."""
+    total = sum(v for v in sizes.values() if isinstance(v, int))
+    rows = tuple((text(str(name)), any_cell(size)) for name, size in sizes.items())
+    heading = f"{title}: {number(len(rows))}, {number(total)} bytes in all"
+    return Table(heading, ("name", "bytes"), rows, folded=len(rows) > 8)
 
 
 def other_keys(title: str, found: Mapping[str, Any], shown: Sequence[str]) -> list[Table]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from servogen.controllers.design import Declaration
 from servogen.emit.package import CPackage
@@ -62,6 +62,7 @@ class WcetResult:
         fit: on the target that decides whether the step passed.
         periods: periodic entry point -> its period, s.
         others: every bundled target by name, where they were asked for.
+        brief: the lines for people leave out the tables; the JSON has everything.
     """
 
     counts: PackageCount
@@ -69,6 +70,7 @@ class WcetResult:
     share: float
     periods: Mapping[str, float]
     others: Mapping[str, Fit] = field(default_factory=dict)
+    brief: bool = False
 
     @property
     def passed(self) -> bool:
@@ -99,7 +101,7 @@ class WcetResult:
     def lines(self) -> list[str]:
         target, memory = self.fit.target, self.fit.memory
         lines = [f"wcet      {self.counts.precision} on {target.name}: {target.description}"]
-        lines += _under(entry_table(self))
+        lines += [] if self.brief else _under(entry_table(self))
         lines += _under(
             [f"within {b.label}: {_calls(b.calls)}: {b.sentence()}" for b in self.fit.budgets]
         )
@@ -111,7 +113,7 @@ class WcetResult:
                 f"tables {memory.table_bytes} of {memory.program_limit} bytes",
             ]
         )
-        if self.others:
+        if self.others and not self.brief:
             lines += _under(["", *target_table(self.others)])
         lines += _under(
             [
@@ -175,6 +177,11 @@ def count(prepared: Prepared, target_name: str | None, all_targets: bool = False
         periods=_periods(package.declarations),
         others={t.name: fit_of(package, counts, t, project.target.share) for t in others},
     )
+
+
+def survey(prepared: Prepared) -> WcetResult:
+    """On the project's target and on all others, told briefly."""
+    return replace(count(prepared, None, all_targets=True), brief=True)
 
 
 def fit_of(package: CPackage, counts: PackageCount, target: Target, share: float) -> Fit:
