@@ -48,6 +48,30 @@ CASES = [
     ("void f(int n)\n{\n int i = n;\n { int i = 3; i++; } }", 5, "hides"),
     ("void f(int n)\n{\n sg_real x[n];\n x[0] = 0.0; }", 4, "length is not a constant"),
     ("#include <string.h>\nvoid f(int n, int *p)\n{\n memset(p, 0, n); }", 5, "size"),
+    ("#include <math.h>\nsg_real f(sg_real x)\n{\n return sin(x); }", 5, "'sin' is not declared"),
+    ("double sin(double x);\nsg_real f(sg_real x)\n{\n return sin(x); }", 5, "'sin' has no body"),
+    ("void f(void)\n{\n while (1) { }\n}", 4, "while"),
+    ("void f(int n)\n{\n int i = 0;\n do { i++; } while (i < n && i < 9);\n}", 5, "do loop"),
+    # a counter that wraps around never ends
+    ("void f(void)\n{\n for (signed char i = 0; i < 200; i++) { } }", 4, "does not hold"),
+    ("void f(void)\n{\n unsigned short i;\n for (i = 0; i <= 65535; i++) { } }", 5, "not hold"),
+    ("void f(void)\n{\n for (unsigned i = 0; i < -1; i++) { } }", 4, "unsigned"),
+    ("void f(void)\n{\n for (int i = -3; i > 4u; i--) { } }", 4, "unsigned"),
+    ("void f(void)\n{\n for (sg_real x = 0; x < 9; x++) { } }", 4, "no integer"),
+    # one that others may change
+    ("static int i;\nvoid f(void)\n{\n for (i = 0; i < 9; i++) { } }", 5, "not a variable of"),
+    ("void f(void)\n{\n volatile int n = 3;\n for (int i = 0; i < n; i++) { } }", 5, "bound"),
+    (
+        "static const volatile int n = 3;\nvoid f(void)\n{\n for (int i = 0; i < n; i++) { } }",
+        5,
+        "bound",
+    ),
+    ("void f(void)\n{\n for (volatile int i = 0; i < 9; i++) { } }", 4, "counter"),
+    ("void f(volatile int n)\n{\n n = 3;\n for (int i = 0; i < n; i++) { } }", 5, "bound"),
+    ("void f(void)\n{\n static int i;\n for (i = 0; i < 9; i++) { } }", 5, "not a variable of"),
+    ("void f(int k)\n{\n for (int i = 0; k < 9; i++) { k++; } }", 4, "no bound"),
+    ("void f(int k)\n{\n for (int i = 1; i < 9; i *= 2) { } }", 4, "step"),
+    ("void f(int *p)\n{\n for (int i = 0; i < *p; i++) { } }", 4, "bound"),
 ]
 
 

@@ -115,8 +115,9 @@ def _figures(subject: Subject, plays: Sequence[Play], runs: Runs) -> dict[str, A
 def _entry(count: Count, runs: EntryRuns) -> dict[str, Any]:
     """Static count, largest and least run side by side.
 
-    ``held``: no call broke the count; ``equal``: every call did just what is counted. ``ratio``: largest run by static count;
-    ``ratio_of_turns_done``: the same of the closest call, by the count for the turns it did.
+    ``held``: no call broke the count; ``equal``: every call did just what is counted.
+    ``ratio``: largest run by static count; ``ratio_of_turns_done``: the same of the closest call,
+    by the count for the turns it did.
     """
     static = count.total()
     return {

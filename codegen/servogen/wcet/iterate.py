@@ -9,7 +9,8 @@ from pycparser import c_ast
 
 from servogen.wcet.caps import affine_bound, cycle_bound
 from servogen.wcet.constants import CAP_SUFFIX, Value
-from servogen.wcet.ctype import INT, Scalar
+from servogen.wcet.counter import check_counter, check_values
+from servogen.wcet.ctype import INT
 from servogen.wcet.expressions import read, truth
 from servogen.wcet.frame import Frame
 from servogen.wcet.loops import (
@@ -82,13 +83,14 @@ def count_loop(frame: Frame, node: c_ast.For, cost: Cost, statement: Statement) 
         CountRefused: no constant number of iterations.
     """
     header = read_header(node)
-    _check_counter(frame, node, header)
+    check_counter(frame, node, header)
     statement(frame, node.init, cost)
     changed = (assigned_names(node.stmt) | assigned_names(node.next)) - {header.counter}
     loop = _Loop(frame, node, header, statement, changed)
     at_entry = {name: frame.values[name] for name in changed if name in frame.values}
     frame.forget(changed)
     values, bound = counter_values(node, header, frame.decide)
+    check_values(frame, node, header, values, bound)
     frame.note(node, len(values))
     outer_use = header.counter in frame.used
     frame.used.discard(header.counter)
@@ -183,16 +185,3 @@ def _kind(name: str) -> str:
 def _plain_test(node: c_ast.For) -> bool:
     """True when the loop goes on as long as its counter says."""
     return isinstance(node.cond, c_ast.BinaryOp) and node.cond.op not in LOGICAL
-
-
-def _check_counter(frame: Frame, node: c_ast.For, header: Header) -> None:
-    if header.counter in frame.typed.in_memory:
-        raise refuse(node, f"the address of the counter '{header.counter}' is taken")
-    kinds = [(d.name, t) for d, t in frame.typed.locals]
-    kinds += zip(frame.typed.parameters, frame.typed.signature.parameters, strict=False)
-    unsigned = any(
-        name == header.counter and isinstance(kind, Scalar) and not kind.signed
-        for name, kind in kinds
-    )
-    if unsigned and header.op == ">=":
-        raise refuse(node, f"the unsigned counter '{header.counter}' may pass below zero")

@@ -18,7 +18,7 @@ _MIRROR = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "!=": "!="}
 class Header:
     """``for (counter = start; counter op bound; counter += sign * step)``.
 
-    ``step`` is None for ``++`` and ``--``.
+    ``step`` is None for ``++`` and ``--``; ``use`` is the counter where it is compared.
     """
 
     counter: str
@@ -27,6 +27,7 @@ class Header:
     bound: c_ast.Node
     step: c_ast.Node | None
     sign: int
+    use: c_ast.Node
 
 
 def read_header(node: c_ast.For) -> Header:
@@ -36,11 +37,11 @@ def read_header(node: c_ast.For) -> Header:
         CountRefused: anything else, or a counter that the body changes.
     """
     counter, start = _start(node)
-    op, bound = _bound(node, counter)
+    op, bound, use = _bound(node, counter)
     step, sign = _step(node, counter)
     if counter in assigned_names(node.stmt) | assigned_names(node.cond):
         raise refuse(node, f"the loop changes its own counter '{counter}'")
-    return Header(counter, start, op, bound, step, sign)
+    return Header(counter, start, op, bound, step, sign, use)
 
 
 def counter_values(
@@ -123,8 +124,8 @@ def _start(node: c_ast.For) -> tuple[str, c_ast.Node]:
     raise refuse(node, "the loop does not start by setting one counter")
 
 
-def _bound(node: c_ast.For, counter: str) -> tuple[str, c_ast.Node]:
-    """Comparison of the counter; of ``a && b`` the first operand that is one."""
+def _bound(node: c_ast.For, counter: str) -> tuple[str, c_ast.Node, c_ast.Node]:
+    """Comparison of the counter, bound and counter; of ``a && b`` the first operand that is one."""
     pending = [node.cond]
     while pending:
         test = pending.pop(0)
@@ -132,9 +133,9 @@ def _bound(node: c_ast.For, counter: str) -> tuple[str, c_ast.Node]:
             pending = [test.left, test.right, *pending]
         elif isinstance(test, c_ast.BinaryOp) and test.op in _MIRROR:
             if _is(test.left, counter):
-                return test.op, test.right
+                return test.op, test.right, test.left
             if _is(test.right, counter):
-                return _MIRROR[test.op], test.left
+                return _MIRROR[test.op], test.left, test.right
     raise refuse(node, f"the loop has no bound on its counter '{counter}'")
 
 

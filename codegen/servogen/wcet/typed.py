@@ -23,7 +23,7 @@ from servogen.wcet.ctype import (
     size_of,
 )
 from servogen.wcet.refusal import refuse
-from servogen.wcet.unit import Unit
+from servogen.wcet.unit import Unit, object_qualifiers
 
 COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
 LOGICAL = ("&&", "||")
@@ -50,7 +50,8 @@ class TypedFunction:
         signature: its type.
         parameters: names of its parameters.
         locals: declarations with their types, in order (scopes are flattened).
-        in_memory: local names whose address is taken, so that reading one is a load.
+        in_memory: local names that are volatile or whose address is taken, so that reading one is a
+            load.
 
     Raises:
         CountRefused: a name that hides another, a goto, a function pointer, an unknown name.
@@ -65,6 +66,7 @@ class TypedFunction:
         self.parameters = tuple(p.name for p in named)
         self.locals: list[tuple[c_ast.Decl, CType]] = []
         self.in_memory: set[str] = set()
+        self.in_memory |= {p.name for p in named if "volatile" in object_qualifiers(p.type)}
         self._types: dict[int, CType] = {}
         self._scopes: list[dict[str, CType]] = [
             dict(zip(self.parameters, self.signature.parameters, strict=False))
@@ -83,7 +85,7 @@ class TypedFunction:
         if isinstance(node, c_ast.ID):
             if node.name in self.unit.enums:
                 return False
-            return node.name in self.in_memory or not self._is_local(node.name)
+            return node.name in self.in_memory or not self.is_local(node.name)
         return isinstance(node, c_ast.ArrayRef | c_ast.StructRef) or (
             isinstance(node, c_ast.UnaryOp) and node.op == "*"
         )
@@ -93,7 +95,7 @@ class TypedFunction:
         if isinstance(node, c_ast.Constant):
             return True
         if isinstance(node, c_ast.ID):
-            return node.name in self.unit.enums and not self._is_local(node.name)
+            return node.name in self.unit.enums and not self.is_local(node.name)
         if isinstance(node, c_ast.UnaryOp):
             return node.op == "sizeof" or (
                 node.op in ("-", "+", "~", "!") and self.is_literal(node.expr)
@@ -114,7 +116,8 @@ class TypedFunction:
             name in MATH_CLASSES or name in MEMORY_FUNCTIONS
         )
 
-    def _is_local(self, name: str) -> bool:
+    def is_local(self, name: str) -> bool:
+        """True for a parameter or a variable declared inside the function."""
         return name in self.parameters or any(d.name == name for d, _ in self.locals)
 
     # -- statements ------------------------------------------------------------------------
@@ -143,6 +146,8 @@ class TypedFunction:
             raise refuse(node, "a function declared inside a function")
         self._scopes[-1][node.name] = kind
         self.locals.append((node, kind))
+        if "volatile" in object_qualifiers(node.type):
+            self.in_memory.add(node.name)  # another may change it at any time
         if node.init is not None:
             self._expression(node.init)
 

@@ -69,14 +69,17 @@ class Unit:
         kind = self.declared_type(node)
         if node.name is None:
             return
-        constant = "const" in _object_qualifiers(node.type)
+        constant = "const" in object_qualifiers(node.type)
         self.globals[node.name] = Global(
             kind,
             constant,
             external="static" not in node.storage,
             defined="extern" not in node.storage,
         )
-        if constant and node.init is not None and isinstance(kind, Scalar) and kind.kind == "int":
+        changing = "volatile" in object_qualifiers(node.type)
+        if changing or node.init is None:
+            return
+        if constant and isinstance(kind, Scalar) and kind.kind == "int":
             self.constants[node.name] = self.literal(node.init)
 
     def _prototype(self, node: c_ast.Decl) -> Function:
@@ -173,14 +176,14 @@ def static_constants(node: c_ast.Node) -> list[c_ast.Decl]:
     found: list[c_ast.Decl] = []
     for _, child in node.children():
         if isinstance(child, c_ast.Decl) and "static" in child.storage:
-            if "const" in _object_qualifiers(child.type):
+            if "const" in object_qualifiers(child.type):
                 found.append(child)
         else:
             found.extend(static_constants(child))
     return found
 
 
-def _object_qualifiers(node: c_ast.Node) -> list[str]:
+def object_qualifiers(node: c_ast.Node) -> list[str]:
     """Qualifiers of the object itself: those of the elements of an array, not of a pointee."""
     while isinstance(node, c_ast.ArrayDecl):
         node = node.type
