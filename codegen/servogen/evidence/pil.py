@@ -25,7 +25,7 @@ from servogen.evidence.pil_build import (
     tool_versions,
 )
 from servogen.evidence.pil_compare import first_difference
-from servogen.evidence.pil_counts import EntryPoint, compare_all
+from servogen.evidence.pil_counts import EXACT, EntryPoint, compare_all
 from servogen.evidence.pil_levels import PLAIN, Level, play_levels
 from servogen.evidence.pil_run import play_board
 from servogen.evidence.pil_stand import Stand, make_stand, within
@@ -51,6 +51,7 @@ class Outcome:
         difference: the first, as a sentence; None where all bits are equal.
         software: arithmetic of this type is done by functions.
         limit: stated factor of instructions to operations.
+        kernels: how the names of the kernels' entry points begin.
     """
 
     precision: str
@@ -60,6 +61,7 @@ class Outcome:
     difference: str | None
     software: bool
     limit: float
+    kernels: str
     points: tuple[EntryPoint, ...]
     levels: tuple[Level, ...]
     faults: tuple[str, ...]
@@ -88,8 +90,22 @@ class Outcome:
             "stated_factor": self.limit,
             "largest_factor": round(self.factor, 3),
             "levels": {level.level: level.to_json() for level in self.levels},
-            "straight_line": [p.name for p in self.points if p.straight],
-            "entry_points": {p.name: p.to_json() for p in self.points},
+            "kernels": self._kernels(),
+            "straight_line": [p.name for p in self._own() if p.straight],
+            "entry_points": {p.name: p.to_json() for p in self._own()},
+        }
+
+    def _own(self) -> list[EntryPoint]:
+        """The package's entry points, without the kernels."""
+        return [p for p in self.points if not p.name.startswith(self.kernels)]
+
+    def _kernels(self) -> dict[str, object]:
+        """The kernels together; operations of one call of each, added up."""
+        points = [p for p in self.points if p.name.startswith(self.kernels)]
+        return {
+            "entry_points": len(points),
+            "executed": {c: sum(p.executed.get(c, 0) for p in points) for c in EXACT},
+            "static": {c: sum(p.static.get(c, 0) for p in points) for c in EXACT},
         }
 
 
@@ -137,7 +153,7 @@ def examine(
     return Outcome(
         precision.name, core, len(stand.which), stand.all_calls,
         first_difference(stand.declarations, stand.plays, stand.told, board.told),
-        software, limit, tuple(points),
+        software, limit, stand.kernels, tuple(points),
         () if short is None else play_levels(short, core, plugin),
         tuple(faults),
     )  # fmt: skip
