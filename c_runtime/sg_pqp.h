@@ -94,20 +94,30 @@ static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute_colum
 
 /* Exact minimum of the dual along the multiplier of the most violated row. */
 static inline void sg_pqp_coordinate(const sg_real *restrict inverse_diagonal,
+                                     const sg_real *restrict vanish,
                                      const sg_real *restrict ceiling,
                                      const sg_pqp_state *restrict state, sg_real *restrict upper,
                                      sg_real *restrict lower)
 {
     const int32_t row = state->row;
     sg_real *const target = (state->is_lower == 1) ? lower : upper;
-    target[row] = sg_min(target[row] - (state->worst * inverse_diagonal[row]), ceiling[row]);
+    /* the row is violated, worst < 0: its dual grows from at least `vanish` */
+    const sg_real raised =
+        sg_bound_below(target[row] - (state->worst * inverse_diagonal[row]), vanish[row]);
+    target[row] = sg_min(raised, ceiling[row]);
 }
 
-/* Exact line search along the last step of (20); the duals that matter stay positive. */
+/*
+ * Exact line search along the last step of (20); the duals that matter stay positive. Two duals, both
+ * at least `vanish`, are equal or differ by more than `least_step`: comparing with it instead of with
+ * zero changes nothing, and bounds the quotient.
+ */
 static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
                                       const sg_real *restrict vanish,
                                       const sg_real *restrict ceiling, sg_real clamp, sg_real room,
-                                      sg_real weight, const sg_real *restrict slack_upper,
+                                      sg_real weight, sg_real least_step,
+                                      sg_real least_curvature, sg_real longest,
+                                      const sg_real *restrict slack_upper,
                                       const sg_real *restrict slack_lower,
                                       const sg_real *restrict change, sg_real *restrict upper,
                                       sg_real *restrict lower,
@@ -136,17 +146,19 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
     }
     if (useful == 1) {
         const sg_real level = weight * largest;
-        sg_real length = SG_DIVIDE(-slope, curvature);
+        /* a curvature or a length beyond these would leave the range of the scalar type */
+        sg_real length = SG_DIVIDE(-slope, sg_bound_below(curvature, least_curvature));
+        length = sg_bound(length, zero, longest);
         SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < m; i++) {
             const sg_real step_upper = upper[i] - last_upper[i];
             const sg_real step_lower = lower[i] - last_lower[i];
-            if (step_upper < zero) {
+            if (step_upper < -least_step) {
                 if ((upper[i] * diagonal[i]) >= level) {
                     length = sg_min(length, SG_DIVIDE(room * upper[i], -step_upper));
                 }
             }
-            if (step_lower < zero) {
+            if (step_lower < -least_step) {
                 if ((lower[i] * diagonal[i]) >= level) {
                     length = sg_min(length, SG_DIVIDE(room * lower[i], -step_lower));
                 }

@@ -13,6 +13,7 @@ from servogen.controllers.cascade import Cascade
 from servogen.controllers.design import Status
 from servogen.project import load_project
 from servogen.sil.compiled import CompiledController
+from servogen.sil.edges import resting_inputs
 from servogen.sil.harness import Twin, compare
 from servogen.sil.random_calls import random_calls
 from servogen.sil.scenarios import suite
@@ -132,3 +133,19 @@ def test_the_suite_is_the_same_every_time():
         assert repr(a.calls) == repr(b.calls)
     other = list(suite(design(v), 4, 5))
     assert repr(other[1].calls) != repr(first[1].calls)
+
+
+@pytest.mark.parametrize("prefix", ["s64", "n3"])
+def test_points_beyond_the_valid_ones_are_not_read(prefix):
+    v, group = ALL[prefix]
+    for cascade in (Cascade(design(v)), controller(v, group)):
+        told = []
+        for beyond in (0.0, np.nan, 1e300):
+            cascade.call("reset", {"position_x": 0.0, "position_y": 0.0})
+            inputs = dict(resting_inputs(cascade.declaration, "step"), n_points=7)
+            for axis in "xy":
+                inputs[f"points_{axis}"] = np.where(np.arange(v.points) < 7, 1e-5, beyond)
+            told.append([cascade.call("step", inputs) for _ in range(4)])
+        assert told[0][-1][1]["points_taken"] == 7
+        assert told[1] == told[0]
+        assert told[2] == told[0]

@@ -169,22 +169,18 @@ class Cascade:
         inputs: dict[str, Value] = dict(zip(self._names, np.concatenate(states), strict=True))
         for i, axis in enumerate(AXES):
             inputs[f"last_{axis}"] = self.reference[i][-1]
-            inputs[f"points_{axis}"] = given[f"points_{axis}"]
         inputs["n_points"] = given["n_points"] if usable else 0
+        inputs |= self._first_points(given, inputs["n_points"])
         status, outputs = self.governor.call("step", inputs)
-        push = {
-            "points_x": given["points_x"],
-            "points_y": given["points_y"],
-            "n_points": outputs["points_taken"],
-        }
-        pushed = self.fast.call("push", push)[0]
+        push = self._first_points(given, outputs["points_taken"])
+        pushed = self.fast.call("push", {**push, "n_points": outputs["points_taken"]})[0]
         if pushed is not Status.OK:  # nothing was queued, so nothing may be taken
             outputs = {"points_taken": 0}
             for i, axis in enumerate(AXES):
                 for name in ("reference", "low", "high"):
                     outputs[f"{name}_{axis}"] = self.reference[i][-1]
         status = max(status, pushed)
-        self.pending += int(np.asarray(outputs["points_taken"]))
+        self._pend(int(np.asarray(outputs["points_taken"])))
         for i, axis in enumerate(AXES):
             for queue, name in (
                 (self.reference, "reference"),
@@ -193,6 +189,20 @@ class Cascade:
             ):
                 queue[i] = np.append(queue[i][1:], outputs[f"{name}_{axis}"]).astype(self._real)
         return status, outputs
+
+    def _pend(self, points: int) -> None:
+        """Points taken (or, negative, begun); never below none or above what the queue holds."""
+        most = self.design.fast.intervals * self.design.governor.points
+        self.pending = min(max(self.pending + points, 0), most)
+
+    def _first_points(self, given: Mapping[str, Value], count: Value) -> dict[str, Value]:
+        """The first ``count`` points of both axes, zeros behind them."""
+        first = np.arange(self.design.governor.points) < int(np.asarray(count))
+        zero = self._real(0.0)
+        return {
+            f"points_{a}": np.where(first, np.asarray(given[f"points_{a}"], self._real), zero)
+            for a in AXES
+        }
 
     def _mpc_step(
         self, given: Mapping[str, Value], measured: Status
@@ -262,8 +272,8 @@ class Cascade:
         began, out = self.fast.call("begin", inputs)
         interval = int(np.asarray(out["interval_points"]))
         status = max(status, began)
-        if status is Status.OK and self.pending + self.offered == 0:
+        if status is Status.OK and self.pending == 0 and self.offered == 0:
             status = Status.FINISHED
-        self.pending -= interval
+        self._pend(-interval)
         self.planned = False
         return status, interval

@@ -23,7 +23,13 @@ from servogen.controllers.design import (
     Table,
 )
 from servogen.controllers.fast_design import FastDesign, declare_fast
-from servogen.controllers.governor_design import AXES, GovernorDesign, declare_governor, point_ports
+from servogen.controllers.governor_design import (
+    AXES,
+    NOT_READ,
+    GovernorDesign,
+    declare_governor,
+    point_ports,
+)
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_ports
 from servogen.plants.statespace import Discrete
 
@@ -115,6 +121,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
             Dimension("HORIZON", horizon, "N; 0: the governor alone"),
             Dimension("REFERENCES", horizon + 1, "r_0..r_N"),
             Dimension("INTERVALS", max(horizon, 1), "intervals looked ahead"),
+            Dimension("WAITING", design.fast.intervals * g.points, "points that can wait"),
             Dimension("PRIMING", max(horizon - 1, 0), "steps that fill the horizon"),
         ),
         constants=tuple(constants),
@@ -132,7 +139,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
             Operation(
                 "step",
                 "plan and start in one, for a processor that needs no time to speak of.",
-                inputs=(*states, *point_ports(g.points, g.limits)),
+                inputs=(*states, *point_ports(g.points, g.limits, NOT_READ)),
                 outputs=outputs,
             ),
             Operation(
@@ -146,7 +153,7 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
             Operation(
                 "plan",
                 "Govern and optimise for the state at the next slow sample; takes its time.",
-                inputs=(*states, *point_ports(g.points, g.limits)),
+                inputs=(*states, *point_ports(g.points, g.limits, NOT_READ)),
                 outputs=outputs,
                 shares="step",
                 period_s=slow,

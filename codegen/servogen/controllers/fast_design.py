@@ -25,7 +25,7 @@ from servogen.controllers.design import (
     Table,
 )
 from servogen.controllers.governor_design import AXES, point_ports
-from servogen.controllers.mpc_design import POSITION_FACTOR, state_ports
+from servogen.controllers.mpc_design import POSITION_FACTOR, state_bounds, state_ports
 from servogen.plants.errors import PlantError
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import FloatArray, Precision
@@ -169,6 +169,7 @@ def declare_fast(design: FastDesign) -> Declaration:
             Table(f"model_{axis}", part.model.a.T, f"{axis}: slow stage at T_f, transposed"),
             Table(f"input_{axis}", part.model.b, f"{axis}: slow stage at T_f, input"),
             Table(f"row_{axis}", part.row, f"{axis}: compensation on the state"),
+            Table(f"bound_{axis}", state_bounds(design.order, limit), f"{axis}: model's state"),
         ]
     ramp = design.ramp
     starts = tuple(

@@ -10,6 +10,7 @@ from servogen.controllers.arithmetic import Scalar, check_port, scalar_type
 from servogen.controllers.design import Status, Value
 from servogen.controllers.fast_design import FastDesign, declare_fast
 from servogen.controllers.governor_design import AXES
+from servogen.controllers.mpc_design import state_bounds
 
 
 class FastStage:
@@ -27,6 +28,9 @@ class FastStage:
         self._model = [[[real(v) for v in row] for row in axis.model.a] for axis in design.axes]
         self._input = [[real(v) for v in axis.model.b] for axis in design.axes]
         self._row = [[real(v) for v in axis.row] for axis in design.axes]
+        self._bound = [
+            [real(v) for v in state_bounds(design.order, limit)] for limit in design.limits
+        ]
         self._direct = [self._c[f"direct_{a}"] for a in AXES]
         self._limit = [self._c[f"limit_{a}"] for a in AXES]
         self._ports = {
@@ -79,20 +83,13 @@ class FastStage:
     def _push(self, given: Mapping[str, Value]) -> Status:
         if not self.ready:
             return Status.NOT_READY
-        count = int(np.asarray(given["n_points"]))
-        if not 0 <= count <= self.design.points:
-            return Status.OUT_OF_RANGE
-        precision = self.design.precision
-        points = [np.asarray(given[f"points_{a}"], dtype=precision.dtype)[:count] for a in AXES]
-        if count:
-            status = max(
-                check_port(self._ports["push"][f"points_{a}"], points[i], precision)
-                for i, a in enumerate(AXES)
-            )
-            if status is not Status.OK:
-                return status
+        status = self._check("push", given)
+        if status is not Status.OK:
+            return status
         if len(self.queue) >= self.design.intervals:
             return Status.OVERFLOW
+        count, dtype = int(np.asarray(given["n_points"])), self.design.precision.dtype
+        points = [np.asarray(given[f"points_{a}"], dtype=dtype)[:count] for a in AXES]
         for i in range(2):
             self.path[i].extend(self._real(value) for value in points[i])
         self.queue.append(count)
@@ -166,7 +163,7 @@ class FastStage:
         path = self.path[axis]
         if self.current == 0:
             return path[0]
-        index = min(max(int(self.along), 0), self.current - 1)
+        index = min(int(self.along), self.current - 1)
         share = self.along - self._real(index)
         here, there = path[index], path[index + 1]
         return here + share * (there - here)
@@ -182,12 +179,15 @@ class FastStage:
             outputs[f"reference_{axis}"] = reference
             outputs[f"command_{axis}"] = min(max(reference - taken, -limit), limit)
             self.state[i] = [
-                _dot(row, state) + gain * command
-                for row, gain in zip(self._model[i], self._input[i], strict=True)
+                min(max(_dot(row, state) + gain * command, -bound), bound)
+                for row, gain, bound in zip(
+                    self._model[i], self._input[i], self._bound[i], strict=True
+                )
             ]
         outputs["along"] = self.along
         if self.done < self.design.points:
-            self.along = min(self.along + self._rate(), self._real(self.current))
+            along = max(self.along + self._rate(), self._real(0.0))
+            self.along = min(along, self._real(self.current))
             self.done += 1
         if self.done == self.design.points:
             self.along = self._real(self.current)

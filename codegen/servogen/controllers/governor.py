@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from servogen.controllers.arithmetic import cast, check_port
-from servogen.controllers.design import Port, Status, Value
+from servogen.controllers.design import Status, Value
 from servogen.controllers.governor_design import AXES, GovernorDesign, declare_governor
 from servogen.precision import FloatArray
 from servogen.qp.ordered import matvec
@@ -35,8 +35,9 @@ class Governor:
         n = self.design.order
         declared = self.declaration.operation(operation).inputs
         n_points = int(np.asarray(given["n_points"]))
-        status = max(self._check(port, given[port.name], n_points) for port in declared)
-        dtype = self.design.precision.dtype
+        precision = self.design.precision
+        status = max(check_port(port, given[port.name], precision) for port in declared)
+        dtype = precision.dtype
         states = [
             np.array([given[port.name] for port in declared[i * n : (i + 1) * n]], dtype=dtype)
             for i in range(2)
@@ -53,13 +54,6 @@ class Governor:
         limit = self._real(self.design.limits[i].position_m)
         bounded: np.floating = min(value if value > -limit else -limit, limit)
         return bounded
-
-    def _check(self, port: Port, value: Value, n_points: int) -> Status:
-        if port.size and 0 <= n_points <= port.size:
-            value = np.asarray(value)[:n_points]
-            if n_points == 0:
-                return Status.OK
-        return check_port(port, value, self.design.precision)
 
     @staticmethod
     def _outputs(

@@ -89,13 +89,21 @@ def _axis_tables(axis: str, section: AxisSection) -> tuple[Table, ...]:
     )
 
 
-def point_ports(points: int, limits: tuple[AxisLimits, AxisLimits]) -> tuple[Port, ...]:
-    """The next points of the path, one array per axis, and how many are valid."""
+# Of the points beyond n_points: a part is given them as zeros, so that it can check all alike.
+ZERO_BEYOND = "in range, as zero is, beyond n_points too"
+NOT_READ = "those beyond n_points are not read"
+
+
+def point_ports(
+    points: int, limits: tuple[AxisLimits, AxisLimits], beyond: str = ZERO_BEYOND
+) -> tuple[Port, ...]:
+    """The next points of the path, one array per axis, and how many are valid; ``beyond`` says
+    what is asked of the other elements."""
     ports = [
         Port(
             f"points_{axis}",
             "m",
-            f"the next points of the path, {axis}; those beyond n_points are not read",
+            f"the next points of the path, {axis}; {beyond}",
             size=points,
             low=-limit.position_m,
             high=limit.position_m,

@@ -118,6 +118,12 @@ def state_ports(name: str, order: int, limits: AxisLimits) -> tuple[Port, ...]:
     return tuple(ports)
 
 
+def state_bounds(order: int, limits: AxisLimits) -> FloatArray:
+    """(order,) the largest magnitudes that ``state_ports`` declares. A model that runs on without a
+    measurement keeps to them: it stays finite whatever it is told and however long it runs."""
+    return np.array([port.high for port in state_ports("", order, limits)], dtype=np.float64)
+
+
 def declare_mpc(design: MpcDesign) -> Declaration:
     """Names, sizes, tables and ports of one axis's MPC."""
     n, horizon, m = design.plant.order, design.horizon, design.pqp.diagonal.size
@@ -178,11 +184,15 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             Constant("gap_limit", tol.gap, "duality gap accepted"),
             Constant("clamp", tol.clamp, "share of a dual an extrapolation must keep"),
             Constant("room", 1.0 - tol.clamp, "share it may take"),
+            Constant("least_step", design.pqp.least_step, "less than any two duals differ"),
+            Constant("least_curvature", design.pqp.least_curvature, "of a line search"),
+            Constant("longest", design.pqp.longest, "line search"),
             Constant("weight", tol.weight, "share of the largest dual that counts"),
         ),
         tables=(
             Table("a_columns", design.plant.a.T, "A of (11), transposed"),
             Table("b", design.plant.b, "B of (11)"),
+            Table("bound", state_bounds(n, lim), "largest state expected"),
             Table("plan_state", design.plan_state, "z_unc on (v, a, ...), transposed"),
             Table("plan_reference", design.plan_reference, "z_unc on r - p, transposed"),
             Table("rows_state", design.qp.rows_state.T, "rows on (v, a, ...), transposed"),

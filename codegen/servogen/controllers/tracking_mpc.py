@@ -8,7 +8,7 @@ import numpy as np
 
 from servogen.controllers.arithmetic import cast, check_port
 from servogen.controllers.design import Status, Value
-from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc
+from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_bounds
 from servogen.precision import FloatArray
 from servogen.qp.ordered import matvec
 from servogen.qp.pqp import shift_duals, solve
@@ -28,6 +28,7 @@ class TrackingMpc:
         self._terminal_reference = cast(design.qp.terminal_reference, p)
         self._terminal_position = cast(design.qp.terminal_position, p)
         self._terminal_bound = cast(design.qp.terminal_bound, p)
+        self._bound = cast(state_bounds(design.plant.order, design.limits), p)
         self._names = [port.name for port in self.declaration.operation("candidate").inputs]
         self.ready = False
         self.plan = np.zeros(design.horizon, dtype=p.dtype)
@@ -120,7 +121,8 @@ class TrackingMpc:
     def _accept(self, state: FloatArray, plan: FloatArray) -> None:
         limit = self._real(self.design.limits.position_m * POSITION_FACTOR)
         self.plan = np.minimum(np.maximum(plan, -limit), limit)
-        self.predicted = self.advance(state, self.plan[0])
+        ahead = self.advance(state, self.plan[0])
+        self.predicted = np.minimum(np.maximum(ahead, -self._bound), self._bound)
 
     def step(
         self, state: FloatArray, reference: FloatArray, low: FloatArray, high: FloatArray

@@ -37,6 +37,10 @@ class PqpTables:
         absolute: (m, m) = |D|; diagonal, inverse_diagonal: (m,) of D.
         phi_diagonal: (m,) = phi D_ii.
         floor, vanish, ceiling: (m,) dual bounds, each of the tolerance over D_ii.
+        least_step: two duals, both at least the least ``vanish``, are equal or differ by more.
+        least_curvature, longest: the exact line search divides by at least the one and goes at
+            most the other: the square roots of the smallest normal and of the largest number, so
+            that the quotient of a slope and its product with a dual stay in the type's range.
         period: turns per cycle; 0 and 1 for plain (20), 2 without extrapolation.
         cap: iterations.
     """
@@ -50,6 +54,9 @@ class PqpTables:
     floor: FloatArray
     vanish: FloatArray
     ceiling: FloatArray
+    least_step: np.floating
+    least_curvature: np.floating
+    longest: np.floating
     period: int
     cap: int
 
@@ -98,6 +105,7 @@ def pqp_tables(
         array.flags.writeable = False
         return array
 
+    vanish, real = cast(tol.vanish / diagonal), dtype.type
     return PqpTables(
         rows_columns=cast(rows.T),
         inverse_columns=cast(inverse_rows.T),
@@ -106,8 +114,12 @@ def pqp_tables(
         inverse_diagonal=cast(1.0 / diagonal),
         phi_diagonal=cast(phi * diagonal),
         floor=cast(tol.floor / diagonal),
-        vanish=cast(tol.vanish / diagonal),
+        vanish=vanish,
         ceiling=cast(tol.ceiling / diagonal),
+        # both are multiples of the spacing of the numbers at vanish, which is above vanish eps / 2
+        least_step=real(0.25 * float(np.finfo(dtype).eps) * float(np.min(vanish))),
+        least_curvature=real(np.sqrt(float(np.finfo(dtype).tiny))),
+        longest=real(np.sqrt(float(np.finfo(dtype).max))),
         period=period,
         cap=cap,
     )
@@ -193,7 +205,7 @@ def _coordinate(
     row = worst // 2
     target = (upper if worst % 2 == 0 else lower).copy()
     raised = target[row] - slacks[worst] * tables.inverse_diagonal[row]
-    target[row] = min(raised, tables.ceiling[row])
+    target[row] = min(max(raised, tables.vanish[row]), tables.ceiling[row])
     return (target, lower) if worst % 2 == 0 else (upper, target)
 
 
@@ -220,7 +232,8 @@ def _extrapolate(
     slope = total(step_upper * r_upper + step_lower * r_lower)
     if not (slope < real(0.0) and curvature > real(0.0)):
         return upper, lower
-    length = -slope / curvature
+    length = -slope / max(curvature, tables.least_curvature)
+    length = min(max(length, real(0.0)), tables.longest)
     weight_upper, weight_lower = upper * tables.diagonal, lower * tables.diagonal
     level = real(tol.weight) * max(np.max(weight_upper), np.max(weight_lower))
     room = real(1.0) - real(tol.clamp)
@@ -228,7 +241,7 @@ def _extrapolate(
         (upper, step_upper, weight_upper),
         (lower, step_lower, weight_lower),
     ):
-        limits = (step < 0) & (weight >= level)
+        limits = (step < -tables.least_step) & (weight >= level)
         if np.any(limits):
             length = min(length, np.min(room * y[limits] / -step[limits]))
     clamp = real(tol.clamp)
