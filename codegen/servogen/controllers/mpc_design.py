@@ -184,9 +184,9 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             Constant("gap_limit", tol.gap, "duality gap accepted"),
             Constant("clamp", tol.clamp, "share of a dual an extrapolation must keep"),
             Constant("room", 1.0 - tol.clamp, "share it may take"),
-            Constant("least_step", design.pqp.least_step, "less than any two duals differ"),
-            Constant("least_curvature", design.pqp.least_curvature, "of a line search"),
-            Constant("longest", design.pqp.longest, "line search"),
+            Constant("least_step", float(design.pqp.least_step), "less than any two duals differ"),
+            Constant("least_curvature", float(design.pqp.least_curvature), "of a line search"),
+            Constant("longest", float(design.pqp.longest), "line search"),
             Constant("weight", tol.weight, "share of the largest dual that counts"),
         ),
         tables=(
