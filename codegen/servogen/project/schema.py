@@ -201,7 +201,7 @@ class Target(Section):
         ),
     ] = "tms320c6678"
     share: Annotated[
-        float, Field(gt=0, le=1, description="of the slow period, for both axes together")
+        float, Field(gt=0, le=1, description="of every period, for all that has to be done in it")
     ] = 0.2
     contour_error_limit_m: Annotated[
         float, Field(gt=0, le=1, description="largest contour error that simulate accepts")

@@ -174,7 +174,7 @@ def count(prepared: Prepared, target_name: str | None, all_targets: bool = False
         counts=counts,
         fit=fit,
         share=project.target.share,
-        periods=_periods(package.declarations),
+        periods=periods_of(package.declarations),
         others={t.name: fit_of(package, counts, t, project.target.share) for t in others},
     )
 
@@ -194,7 +194,7 @@ def fit_of(package: CPackage, counts: PackageCount, target: Target, share: float
     return Fit(target, tuple(budgets(package, counts, target, share)), occupied)
 
 
-def _periods(declarations: tuple[Declaration, ...]) -> dict[str, float]:
+def periods_of(declarations: tuple[Declaration, ...]) -> dict[str, float]:
     return {
         f"{d.prefix}_{op.name}": op.period_s
         for d in declarations
