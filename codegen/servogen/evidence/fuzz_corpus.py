@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from servogen.controllers.design import Declaration
@@ -18,8 +19,12 @@ def corpus_dir() -> Path:
 
 
 def may_grow(folder: Path) -> bool:
-    """Whether new sequences are kept there: in a checkout, up to a size."""
-    if not folder.parent.is_dir() or _PACKAGE in folder.parents:
+    """Whether new sequences are kept there: in a checkout, up to a size, unless FUZZ_KEEP=0."""
+    if (
+        os.environ.get("FUZZ_KEEP") == "0"
+        or not folder.parent.is_dir()
+        or _PACKAGE in folder.parents
+    ):
         return False
     return sum(file.stat().st_size for file in kept_files(folder)) < MOST_BYTES
 
