@@ -21,7 +21,7 @@
 
 enum { MAX_OPERATIONS = 64, MAX_CALLS = 600, POOL = 16 };
 
-double sg_fuzz_patience = 0.5;
+double sg_fuzz_patience = 0.1;
 
 static const uint8_t *bytes;
 static size_t left;
