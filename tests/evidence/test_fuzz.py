@@ -101,6 +101,24 @@ def test_seconds_are_seconds(monkeypatch):
             fuzz.seconds()
 
 
+def test_an_absurd_number_of_points_is_no_overflow(tmp_path):
+    """``plan`` keeps n_points even where it refuses it, and ``start`` asks whether any are left."""
+    v = Variant("absurd", horizon=2, cap=5, points=30, ramp=10)
+    d = package(v).declarations[-1]
+    number = {op.name: i for i, op in enumerate(d.operations)}
+    port = [p.name for p in d.operation("plan").inputs].index("n_points")
+    changes = {"as they are": (), "INT32_MAX": (port, 3, 1), "INT32_MIN": (port, 3, 0)}
+    corpus = tmp_path / "corpus" / d.kind
+    corpus.mkdir(parents=True)
+    for name, change in changes.items():
+        calls = [(number["reset"], 0), *[(number["step"], 0)] * 8]
+        calls += [(number["plan"], 1 if change else 0, *change), (number["start"], 0)]
+        (corpus / name).write_bytes(b"".join(map(bytes, calls)))
+    counts, faults = replay(subject(v), tmp_path / "replay", corpus.parent, [d.prefix])
+    assert counts == {d.prefix: 3}
+    assert faults == []
+
+
 @pytest.mark.skipif(shutil.which("clang") is None, reason="no clang here; make fuzz needs it")
 def test_libfuzzer_runs_every_target_and_keeps_what_is_new(monkeypatch, tmp_path):
     fuzz.require_libfuzzer()
