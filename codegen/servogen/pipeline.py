@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from servogen.evidence.certificate import NOT_RUN, Certificate
-from servogen.evidence.finding import Finding
+from servogen.evidence.finding import FOLDER, Finding
 from servogen.evidence.finding import keep as keep_finding
 from servogen.jsontext import json_text
 from servogen.outputs import write_file
@@ -78,12 +78,15 @@ def certificate(project: Project, out: Path, progress: Progress) -> Certificate:
 
 
 def report(project: Project, out: Path, progress: Progress) -> reporting.ReportResult:
-    """The report of everything that can be computed without being asked: all but the study."""
+    """The report of everything that can be computed without being asked: all but the study; with the
+    evidence that is kept beside ``out``."""
     prepared = prepare(project, progress)
+    evidence = (out.parent / FOLDER).is_dir()
     found = reporting.Findings(
         prepared=prepared,
         simulated=simulating.simulate(prepared, False, progress),
         wcet=counting.survey(prepared),
+        certificate=checking.certify(prepared, out.parent) if evidence else None,
     )
     return reporting.report(found, out)
 

@@ -21,7 +21,9 @@ def test_no_identifiers(name: str) -> None:
     assert not is_c_identifier(name)
 
 
-@pytest.mark.parametrize("name", ["math", "Math", "stdint", "sg", "sg_pqp", "SG_x"])
+@pytest.mark.parametrize(
+    "name", ["math", "Math", "stdint", "size", "uint8", "sg", "sg_pqp", "SG_x"]
+)
 def test_taken_names(name: str) -> None:
     assert not is_free_prefix(name)
 

@@ -20,6 +20,17 @@ C_HEADERS = frozenset(
         *("stdlib", "string", "tgmath", "time", "wchar", "wctype"),
     )
 )
+# The state is <name>_t: these are types of the standard library's, or of POSIX's.
+C_TYPES = frozenset(
+    (
+        *("size", "ssize", "ptrdiff", "wchar", "wint", "wctype", "wctrans", "mbstate", "fpos"),
+        *("div", "ldiv", "lldiv", "imaxdiv", "time", "clock", "fenv", "fexcept", "float", "double"),
+        *("sig_atomic", "off", "mode", "pid", "uid", "gid", "dev", "ino", "intmax", "uintmax"),
+        *(f"{sign}int{kind}{bits}" for sign in ("", "u") for kind in ("", "_least", "_fast")
+          for bits in (8, 16, 32, 64)),
+        *("intptr", "uintptr"),
+    )
+)  # fmt: skip
 RUNTIME_PREFIX = "sg"  # of the names and files in c_runtime/
 MAX_LENGTH = 31  # what C99 guarantees to be told apart in an external name
 
@@ -35,8 +46,9 @@ def is_c_identifier(name: str) -> bool:
 def is_free_prefix(name: str) -> bool:
     """Whether the emitted names and files (``<name>.h``, ``<name>_step``) can begin with it.
 
-    A file called math.h beside the sources would be found instead of the library's own.
+    A file called math.h beside the sources would be found instead of the library's own, and a
+    project called size would define size_t.
     """
     lower = name.lower()  # some file systems do not tell cases apart
     own = lower == RUNTIME_PREFIX or lower.startswith(RUNTIME_PREFIX + "_")
-    return is_c_identifier(name) and lower not in C_HEADERS and not own
+    return is_c_identifier(name) and lower not in C_HEADERS | C_TYPES and not own

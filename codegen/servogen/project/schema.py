@@ -219,7 +219,7 @@ class ProjectFile(Section):
         AfterValidator(_identifier),
         told(
             f"a C identifier of at most {MAX_LENGTH} letters, digits and _, no keyword, not the "
-            "name of a standard header, not beginning with sg_",
+            "name of a standard header or (with _t) type, not beginning with sg_",
             description="prefix of all emitted names",
         ),
     ]
