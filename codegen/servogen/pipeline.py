@@ -78,8 +78,8 @@ def certificate(project: Project, out: Path, progress: Progress) -> Certificate:
 
 
 def report(project: Project, out: Path, progress: Progress) -> reporting.ReportResult:
-    """The report of everything that can be computed without being asked, which is all but the study,
-    and of the evidence kept beside ``out``."""
+    """The report of everything that can be computed without being asked (all but the study), and
+    of the evidence kept beside ``out``."""
     prepared = prepare(project, progress)
     evidence = (out.parent / FOLDER).is_dir()
     found = reporting.Findings(
