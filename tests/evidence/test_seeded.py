@@ -15,6 +15,7 @@ from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench
 from servogen.evidence.seeded import Column, remembered, run_seeded, with_fault
 from servogen.evidence.seeded_faults import FAULTS, KINDS, Fault, plant
+from servogen.evidence.seeded_kept import Kept
 from servogen.evidence.seeded_quick import Equivalence, StaticCount, warnings
 from servogen.evidence.seeded_table import Row, table_text
 from servogen.progress import Silent
@@ -107,3 +108,22 @@ def test_what_was_not_run_is_never_shown_as_missed():
     assert text == table_text(sound(), [Row(r.fault, dict(r.said)) for r in rows])
     assert text.count("| missed | tool missing | **caught** |") == len(FAULTS)
     assert f"Caught, of {len(FAULTS)}: blind 0, strict {len(FAULTS)}." in text
+
+
+def test_what_was_said_is_kept_for_the_same_c_only(tmp_path):
+    asked = []
+
+    def judge(mutant: Bench) -> list[str]:
+        asked.append(mutant)
+        return ["found"] if len(asked) % 2 else []
+
+    place = tmp_path / "out" / "seeded.json"
+    first = run_seeded(sound(), [Column("odd", judge)], Silent(), Kept(place))
+    assert len(asked) == len(FAULTS)
+    again = run_seeded(sound(), [Column("odd", judge, "not chosen")], Silent(), Kept(place))
+    assert [row.said for row in again] == [row.said for row in first]
+    assert len(asked) == len(FAULTS)
+    assert Kept(place).find("odd", sound()) is None
+    assert Kept(place).find("even", with_fault(sound(), FAULTS[0])) is None
+    place.write_text("no json")
+    assert Kept(place).find("odd", with_fault(sound(), FAULTS[0])) is None

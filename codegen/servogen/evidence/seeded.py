@@ -1,9 +1,11 @@
 """Which check finds which planted fault: every check on every mutant, as one table.
 
-    python -m servogen.evidence.seeded PROJECT.toml TABLE.md [CHECK ...]
+    python -m servogen.evidence.seeded PROJECT.toml TABLE.md KEPT.json [CHECK ...]
 
-Without names all checks are run; one that cannot be run here, or is not chosen, is shown as not
-run. A check that already fails on the sound package says nothing and is shown so, too.
+Without names all checks are run. What one said of the same C before is taken from KEPT.json, so
+that an interrupted run goes on, and columns can be made one by one. A check that cannot be run
+here, or is not chosen and was not run before, is shown as not run; so is one that already fails
+on the sound package and thus says nothing.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from servogen.errors import CheckFailed, ServogenError
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.catalogue import CHECKS
 from servogen.evidence.seeded_faults import FAULTS, Fault, plant
+from servogen.evidence.seeded_kept import Kept
 from servogen.evidence.seeded_quick import Equivalence, Quick, StaticCount, warnings
 from servogen.evidence.seeded_table import Row, table_text
 from servogen.evidence.tools import ToolMissing
@@ -41,8 +44,10 @@ class Column:
     obstacle: str = ""
 
 
-def run_seeded(bench: Bench, columns: Sequence[Column], progress: Progress) -> list[Row]:
-    """Plant every fault in every subject and ask every check.
+def run_seeded(
+    bench: Bench, columns: Sequence[Column], progress: Progress, kept: Kept | None = None
+) -> list[Row]:
+    """Plant every fault in every subject and ask every check that has not been asked before.
 
     Raises:
         CheckFailed: a fault cannot be planted.
@@ -51,7 +56,7 @@ def run_seeded(bench: Bench, columns: Sequence[Column], progress: Progress) -> l
     with progress.task("Planting faults", total=len(FAULTS)) as task:
         for fault in FAULTS:
             mutant = with_fault(bench, fault)
-            said = {c.title: _asked(c, mutant) for c in columns}
+            said = {c.title: _asked(c, mutant, kept) for c in columns}
             rows.append(Row(fault, said))
             task.advance()
     return rows
@@ -63,17 +68,21 @@ def with_fault(bench: Bench, fault: Fault) -> Bench:
     return replace(bench, subjects=tuple(planted))
 
 
-def _asked(column: Column, mutant: Bench) -> str:
+def _asked(column: Column, mutant: Bench, kept: Kept | None) -> str:
     """``caught``, ``missed``, or why the check was not run."""
-    if column.obstacle:
-        return column.obstacle
+    before = kept.find(column.title, mutant) if kept is not None else None
+    if before is not None or column.obstacle:
+        return before or column.obstacle
     try:
-        return "caught" if column.judge(mutant) else "missed"
+        said = "caught" if column.judge(mutant) else "missed"
     except ServogenError:  # refused: does not compile, cannot be counted, no answer
-        return "caught"
+        said = "caught"
+    if kept is not None:
+        kept.keep(column.title, mutant, said)
+    return said
 
 
-def columns_for(bench: Bench, names: Sequence[str]) -> list[Column]:
+def columns_for(bench: Bench, names: Sequence[str], kept: Kept) -> list[Column]:
     """The quick checks, learned from the sound bench, and the catalogue's, tried on it first."""
     equivalence = Equivalence(
         {s.precision.name: [*s.suite(STEPS), s.closed_loop(PERIODS)] for s in bench.subjects}
@@ -86,11 +95,11 @@ def columns_for(bench: Bench, names: Sequence[str]) -> list[Column]:
         "sil": equivalence,
         "count of the head": counts,
     }
-    columns = [_tried(Column(title, judge), bench) for title, judge in quick.items()]
+    columns = [_tried(Column(title, judge), bench, kept) for title, judge in quick.items()]
     for name in CHECKS:
         chosen = not names or name in names
         column = Column(name, _judge_of(name), "" if chosen else "not chosen")
-        columns.append(_tried(column, bench) if chosen else column)
+        columns.append(_tried(column, bench, kept) if chosen else column)
     return columns
 
 
@@ -102,8 +111,10 @@ def _judge_of(name: str) -> Quick:
     return judge
 
 
-def _tried(column: Column, bench: Bench) -> Column:
+def _tried(column: Column, bench: Bench, kept: Kept) -> Column:
     """The column with its obstacle, if it has one: tool missing, or faults in sound C."""
+    if kept.find(column.title, bench) == "missed":
+        return column
     try:
         faults = column.judge(bench)
     except ToolMissing:
@@ -114,7 +125,10 @@ def _tried(column: Column, bench: Bench) -> Column:
         faults = [str(refused)]
     for fault in faults[:3]:
         print(f"seeded: {column.title} fails on the sound C: {fault}", file=sys.stderr)
-    return replace(column, obstacle="fails on the sound C" if faults else "")
+    if faults:
+        return replace(column, obstacle="fails on the sound C")
+    kept.keep(column.title, bench, "missed")
+    return column
 
 
 def shortened(bench: Bench, steps: int | None, periods: int | None) -> Bench:
@@ -145,14 +159,17 @@ def main(arguments: Sequence[str]) -> int:
     from servogen.steps.check import bench_of
     from servogen.steps.prepare import prepare
 
-    if len(arguments) < 2 or set(arguments[2:]) - set(CHECKS):
-        print(f"usage: seeded PROJECT.toml TABLE.md [{' '.join(CHECKS)}]", file=sys.stderr)
+    if len(arguments) < 3 or set(arguments[3:]) - set(CHECKS):
+        print(
+            f"usage: seeded PROJECT.toml TABLE.md KEPT.json [{' '.join(CHECKS)}]", file=sys.stderr
+        )
         return 2
     progress = for_stream(sys.stderr)
     os.environ.update(FUZZING)
     try:
         bench = remembered(bench_of(prepare(load_project(Path(arguments[0])), progress)))
-        rows = run_seeded(bench, columns_for(bench, arguments[2:]), progress)
+        kept = Kept(Path(arguments[2]))
+        rows = run_seeded(bench, columns_for(bench, arguments[3:], kept), progress, kept)
     except ServogenError as error:
         print(f"servogen: {error}", file=sys.stderr)
         return error.exit_status
