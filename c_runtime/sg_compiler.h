@@ -5,8 +5,6 @@
  *
  * SG_PRAGMA("MUST_ITERATE(20, 20)")     before a loop: least and greatest number of its turns
  * SG_PRAGMA("DATA_ALIGN(object, 8)")    before the definition of an object: pairs load as one
- * SG_DIVIDE(a, b)                       a / b; with SG_OWN_DIVISION the function of sg_division.h,
- *                                       for a processor that has no division and no library
  */
 #ifndef SG_COMPILER_H
 #define SG_COMPILER_H
@@ -15,13 +13,6 @@
 #define SG_PRAGMA(text) _Pragma(text)
 #else
 #define SG_PRAGMA(text)
-#endif
-
-#if defined(SG_OWN_DIVISION)
-#include "sg_division.h"
-#define SG_DIVIDE(a, b) sg_divide((a), (b))
-#else
-#define SG_DIVIDE(a, b) ((a) / (b))
 #endif
 
 #endif

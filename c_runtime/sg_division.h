@@ -32,9 +32,10 @@ enum {
     SG_SPARE = (sizeof(sg_real) == 8u) ? 0 : 1         /* the image is the narrow one */
 };
 
-#define SG_ONE ((uint64_t)1 << SG_BITS)
-#define SG_SIGN ((uint64_t)1 << ((SG_SPARE == 1) ? 31 : 63))
-#define SG_INFINITE ((uint64_t)SG_TOP << SG_BITS)
+#define SG_SHIFT ((uint32_t)SG_BITS)
+#define SG_ONE ((uint64_t)1 << SG_SHIFT)
+#define SG_SIGN ((uint64_t)1 << ((SG_SPARE == 1) ? 31u : 63u))
+#define SG_INFINITE ((uint64_t)SG_TOP << SG_SHIFT)
 
 static inline uint64_t sg_to_image(sg_real x)
 {
@@ -57,8 +58,9 @@ static inline sg_real sg_from_image(uint64_t bits)
 static inline sg_parts sg_take_apart(uint64_t magnitude)
 {
     sg_parts parts;
+    const uint64_t exponent = magnitude >> SG_SHIFT;
     parts.fraction = magnitude & (SG_ONE - 1u);
-    parts.exponent = (int32_t)(magnitude >> SG_BITS);
+    parts.exponent = (int32_t)exponent;
     parts.is_nan = (magnitude > SG_INFINITE) ? 1 : 0;
     parts.is_infinite = (magnitude == SG_INFINITE) ? 1 : 0;
     parts.is_zero = (magnitude == 0u) ? 1 : 0;
@@ -88,7 +90,7 @@ static inline uint64_t sg_quotient(const sg_parts *a, const sg_parts *b)
         rest += rest;
         exponent -= 1;
     }
-    for (int i = 0; i < SG_BITS + 2; i++) { /* leading one, fraction, one bit to round by */
+    for (int i = 0; i < (SG_BITS + 2); i++) { /* leading one, fraction, one bit to round by */
         quotient += quotient;
         if (rest >= b->fraction) {
             rest -= b->fraction;
@@ -97,18 +99,19 @@ static inline uint64_t sg_quotient(const sg_parts *a, const sg_parts *b)
         rest += rest;
     }
     lost = (rest != 0u) ? 1u : 0u;
-    for (int i = 0; i < SG_BITS + 2; i++) {
+    for (int i = 0; i < (SG_BITS + 2); i++) {
         if (i < (1 - exponent)) { /* below the normal numbers: fewer bits */
             lost |= quotient & 1u;
             quotient >>= 1;
         }
     }
     if (exponent < SG_TOP) {
-        const uint64_t field = (exponent > 0) ? (uint64_t)(exponent - 1) : (uint64_t)0;
+        const int32_t less = (exponent > 0) ? (exponent - 1) : 0;
+        const uint64_t field = (uint64_t)less;
         const uint64_t half = quotient & 1u;
         image = quotient >> 1;
         lost |= image & 1u; /* halfway: to the even one */
-        image += field << SG_BITS; /* the leading one adds one more to the exponent */
+        image += field << SG_SHIFT; /* the leading one adds one more to the exponent */
         image += half & lost;
     }
     return image;

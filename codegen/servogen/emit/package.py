@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from servogen import __version__
@@ -61,6 +63,18 @@ def measured_ports(declaration: Declaration) -> list[Port]:
     return [port for port in declaration.operation("step").inputs if port.name in names]
 
 
+def included(files: Mapping[str, str], sources: Iterable[str]) -> set[str]:
+    """The sources and every file that one of them includes, under whatever condition."""
+    reached: set[str] = set()
+    waiting = list(sources)
+    while waiting:
+        name = waiting.pop()
+        if name in files and name not in reached:
+            reached.add(name)
+            waiting += re.findall(r'^\s*#\s*include\s+"([^"]+)"', files[name], flags=re.M)
+    return reached
+
+
 def emit_package(
     name: str, declarations: tuple[Declaration, ...], counts: PackageCount | None = None
 ) -> CPackage:
@@ -108,9 +122,11 @@ def emit_package(
             if file.endswith("_tables.h") and not (d.constants or d.tables):
                 continue
             files[file] = environment.get_template(template).render(context)
-    for runtime in RUNTIME_FILES:
-        files[runtime] = (resource_dir("c_runtime") / runtime).read_text(encoding="utf-8")
     sources = [file for file in files if file.endswith(".c")]
+    folder = resource_dir("c_runtime")
+    runtime = {name: (folder / name).read_text(encoding="utf-8") for name in RUNTIME_FILES}
+    used = included(files | runtime, sources)
+    files |= {name: text for name, text in runtime.items() if name in used}
     files["CMakeLists.txt"] = environment.get_template("CMakeLists.txt.jinja").render(
         common | {"sources": sources}
     )
