@@ -256,9 +256,13 @@ def _cascade_calls(design: CascadeDesign, rng: np.random.Generator, count: int) 
         if status is Status.FINISHED or index % 60 == 0:
             step = rng.choice([0.1, 0.5, 1.0]) * design.governor.limits[0].velocity_m_per_s
             step *= design.fast.sample_time_s
-            periods = 60 if rng.random() < 0.7 else 3  # now and then so short that it is finished
+            kind = rng.random()
+            periods = 60 if kind < 0.7 else 3  # now and then so short that it is finished
             length = int(rng.integers(2, periods * full))
             path, left, taken_since = smooth_path(rng, design.governor.limits, step, length), 0, 0
+            if kind > 0.9:  # a jump that no interval may take: the machine stands before it
+                reach = np.array([lim.position_m for lim in design.governor.limits])
+                path[1:] -= np.copysign(0.5 * reach, path[0])
             state[:] = 0.0
             state[:, 0] = path[0]
             start = Call("reset", {f"position_{a}": path[0, i] for i, a in enumerate(AXES)})
