@@ -153,6 +153,13 @@ FAULTS: tuple[Fault, ...] = (
         "a NaN that was refused is handed on all the same",
     ),
     Fault(
+        "a bound that is there for the proof", "dropped clamp", "@p_follower.c",
+        "sg_bound_below(self->along + @p_follower_rate(self), (sg_real)0)",
+        "(self->along + @p_follower_rate(self))",
+        "no machine that runs ever reaches it; without it no analysis of intervals can tell that "
+        "the index stays in the ring", silent=True,
+    ),
+    Fault(
         "infinity out of range", "wrong status", "sg_kernels.h",
         "if (!(x <= SG_REAL_MAX)) {\n        status = SG_NOT_FINITE;",
         "if (!(x <= SG_REAL_MAX)) {\n        status = SG_OUT_OF_RANGE;",
