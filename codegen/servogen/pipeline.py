@@ -123,7 +123,7 @@ def run(project: Project, out: Path, progress: Progress) -> RunResult:
     beside them, and as evidence about the C that was built."""
     prepared = prepare(project, progress)
     bench = checking.bench_of(prepared)
-    dated = checking.input_date(project)
+    origin = checking.origin_of(project)
     steps: dict[str, Result] = {}
 
     def keep(name: str, step: Kept) -> Kept:
@@ -134,17 +134,17 @@ def run(project: Project, out: Path, progress: Progress) -> RunResult:
 
     def found(name: str, what: Finding) -> None:
         steps[name] = checking.CheckResult(what)
-        keep_finding(what, out, dated)
+        keep_finding(what, out, origin)
 
     keep("build", building.build(prepared, out / "c"))
     found("sets", finding.sets_finding(prepared, bench))
     found("terminal", finding.terminal_finding(prepared, bench))
     proven = keep("sil", proving.equivalence(prepared, None, progress))
-    keep_finding(finding.sil_finding(proven, bench), out, dated)
+    keep_finding(finding.sil_finding(proven, bench), out, origin)
     counted = keep("wcet", counting.survey(prepared))
-    keep_finding(finding.wcet_finding(counted, bench), out, dated)
+    keep_finding(finding.wcet_finding(counted, bench), out, origin)
     simulated = keep("simulate", simulating.simulate(prepared, False, progress))
-    keep_finding(finding.simulate_finding(simulated, bench), out, dated)
+    keep_finding(finding.simulate_finding(simulated, bench), out, origin)
     studied = keep("study", comparing.compare(prepared, progress))
     steps["evidence"] = certified = checking.certify(prepared, out)
     shown = reporting.Findings(prepared, simulated, counted, proven, studied, certified)

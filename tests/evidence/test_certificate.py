@@ -18,27 +18,29 @@ from servogen.evidence.certificate import (
     Wanted,
     entry_of,
 )
-from servogen.evidence.finding import Finding, evidence_file, keep
+from servogen.evidence.finding import Finding, Origin, evidence_file, keep
 
 DIGESTS = {"float64": "a" * 64, "float32": "b" * 64}
-WANTED = Wanted("pil", "Processor in the loop", "check pil p.toml -o out")
+BOTH = ("float64", "float32")
+WANTED = Wanted("pil", "Processor in the loop", "check pil p.toml -o out", BOTH)
+ORIGIN = Origin("d" * 64, "2026-01-02")
 GOOD = Finding("pil", True, "all equal", {"qemu": "7.2"}, DIGESTS, {"calls": 5})
 
 
 def state(out: Path) -> str:
-    return entry_of(WANTED, out, DIGESTS).state
+    return entry_of(WANTED, out, DIGESTS, ORIGIN).state
 
 
 def test_what_is_kept_is_shown_with_its_tools_and_date(tmp_path: Path) -> None:
-    keep(GOOD, tmp_path, "2026-01-02")
-    entry = entry_of(WANTED, tmp_path, DIGESTS)
+    keep(GOOD, tmp_path, ORIGIN)
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
     assert (entry.state, entry.summary, entry.input_date) == (PASSED, "all equal", "2026-01-02")
     assert entry.tools == {"qemu": "7.2"}
     assert entry.figures == {"calls": 5}
 
 
 def test_nothing_kept_is_not_run_and_names_the_command(tmp_path: Path) -> None:
-    entry = entry_of(WANTED, tmp_path, DIGESTS)
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
     assert (entry.state, entry.command) == (NOT_RUN, "check pil p.toml -o out")
 
 
@@ -48,19 +50,35 @@ def test_nothing_kept_is_not_run_and_names_the_command(tmp_path: Path) -> None:
     ids=["none", "one precision", "other C"],
 )
 def test_a_finding_about_other_c_is_no_evidence(tmp_path: Path, subjects: dict[str, str]) -> None:
-    keep(replace(GOOD, subjects=subjects), tmp_path, "2026-01-02")
-    entry = entry_of(WANTED, tmp_path, DIGESTS)
+    keep(replace(GOOD, subjects=subjects), tmp_path, ORIGIN)
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
     assert entry.state == NOT_RUN
     assert "another build" in entry.summary
     assert not entry.figures
 
 
+def test_a_finding_from_another_input_is_no_evidence(tmp_path: Path) -> None:
+    """The C may be the same for another share, target or drawing."""
+    keep(GOOD, tmp_path, Origin("e" * 64, "2026-01-02"))
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    assert entry.state == NOT_RUN
+    assert "have changed" in entry.summary
+
+
+def test_a_check_of_what_is_shipped_needs_that_precision_alone(tmp_path: Path) -> None:
+    keep(replace(GOOD, subjects={"float64": "a" * 64}), tmp_path, ORIGIN)
+    wanted = replace(WANTED, precisions=("float64",))
+    entry = entry_of(wanted, tmp_path, DIGESTS, ORIGIN)
+    assert (entry.state, entry.precisions) == (PASSED, ("float64",))
+    assert entry_of(replace(WANTED, precisions=()), tmp_path, DIGESTS, ORIGIN).state == NOT_RUN
+
+
 def test_failed_and_not_applicable(tmp_path: Path) -> None:
-    keep(replace(GOOD, passed=False), tmp_path, "")
+    keep(replace(GOOD, passed=False), tmp_path, ORIGIN)
     assert state(tmp_path) == FAILED
-    keep(replace(GOOD, faults=("call 3 differs",)), tmp_path, "")
+    keep(replace(GOOD, faults=("call 3 differs",)), tmp_path, ORIGIN)
     assert state(tmp_path) == FAILED
-    keep(replace(GOOD, applies=False), tmp_path, "")
+    keep(replace(GOOD, applies=False), tmp_path, ORIGIN)
     assert state(tmp_path) == NOT_APPLICABLE
 
 
@@ -70,11 +88,11 @@ def test_a_file_that_is_no_finding_is_refused(tmp_path: Path, text: str) -> None
     file.parent.mkdir()
     file.write_text(text)
     with pytest.raises(InputError, match=r"pil\.json"):
-        entry_of(WANTED, tmp_path, DIGESTS)
+        entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
 
 
 def test_a_finding_that_does_not_say_passed_has_failed(tmp_path: Path) -> None:
-    keep(GOOD, tmp_path, "")
+    keep(GOOD, tmp_path, ORIGIN)
     file = evidence_file(tmp_path, "pil")
     data = json.loads(file.read_text())
     for value in (None, "true", 1):
@@ -83,9 +101,9 @@ def test_a_finding_that_does_not_say_passed_has_failed(tmp_path: Path) -> None:
 
 
 def certificate(*states: str) -> Certificate:
-    made = entry_of(WANTED, Path("/nowhere"), DIGESTS)
+    made = entry_of(WANTED, Path("/nowhere"), DIGESTS, ORIGIN)
     entries = tuple(replace(made, state=s) for s in states)
-    return Certificate("p", "0", "h", "float64", DIGESTS, "", entries)
+    return Certificate("p", "0", "h", "float64", DIGESTS, ORIGIN, entries)
 
 
 @pytest.mark.parametrize(

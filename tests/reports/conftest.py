@@ -12,6 +12,7 @@ from servogen.controllers.cascade import Cascade
 from servogen.controllers.cascade_design import declare_parts
 from servogen.controllers.design import design_hash
 from servogen.evidence.certificate import Certificate, Entry
+from servogen.evidence.finding import Origin
 from servogen.project import load_project
 from servogen.reports import ReportData
 from servogen.systems.closed_loop import run_closed_loop
@@ -115,7 +116,13 @@ def full(bare: ReportData) -> ReportData:
     return replace(
         bare,
         certificate=Certificate(
-            "corner", "0", "d" * 64, "float64", {"float64": "e" * 64}, "2026-01-02", (entry,)
+            "corner",
+            "0",
+            "d" * 64,
+            "float64",
+            {"float64": "e" * 64},
+            Origin("f" * 64, "2026-01-02"),
+            (entry,),
         ),
         study=[replace(bare.row, name="MPC-20-B"), replace(bare.row, name="LFS", enforced=False)],
         sil={

@@ -60,3 +60,9 @@ class Bench:
     def digests(self) -> dict[str, str]:
         """For ``Finding.subjects``."""
         return {s.precision.name: s.digest for s in self.subjects}
+
+    @property
+    def own_digest(self) -> dict[str, str]:
+        """The same for a check of what is shipped alone."""
+        own = self.subjects[0]
+        return {own.precision.name: own.digest}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from servogen.evidence.finding import kept
+from servogen.evidence.finding import Origin, kept
 
 SCHEMA = "servogen.certificate/1"
 FILE = "certificate.json"
@@ -16,11 +16,15 @@ PASSED, FAILED, NOT_RUN, NOT_APPLICABLE = "passed", "failed", "not run", "does n
 
 @dataclass(frozen=True)
 class Wanted:
-    """A check that the certificate asks for, and the command that runs it."""
+    """A check that the certificate asks for, and the command that runs it.
+
+    ``precisions``: those whose C it has to be about.
+    """
 
     name: str
     title: str
     command: str
+    precisions: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,9 @@ class Entry:
     tools: Mapping[str, str] = field(default_factory=dict)
     input_date: str = ""
     faults: tuple[str, ...] = ()
+    details: tuple[str, ...] = ()
     figures: Mapping[str, Any] = field(default_factory=dict)
+    precisions: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -52,7 +58,9 @@ class Entry:
             "command": self.command,
             "tools": dict(self.tools),
             "input_date": self.input_date or None,
+            "precisions": list(self.precisions),
             "faults": list(self.faults),
+            "details": list(self.details),
             "figures": dict(self.figures),
         }
 
@@ -61,7 +69,7 @@ class Entry:
 class Certificate:
     """All entries about the C with these digests (precision -> sha-256 of its files).
 
-    ``precision``: the one that is shipped; ``input_date``: of the project now.
+    ``precision``: the one that is shipped; ``origin``: the input as it is now.
     """
 
     project: str
@@ -69,7 +77,7 @@ class Certificate:
     design_hash: str
     precision: str
     digests: Mapping[str, str]
-    input_date: str
+    origin: Origin
     entries: tuple[Entry, ...]
 
     def having(self, state: str) -> list[Entry]:
@@ -111,25 +119,24 @@ class Certificate:
             "design_hash": self.design_hash,
             "precision": self.precision,
             "c_sha256": dict(self.digests),
-            "input_date": self.input_date,
+            "input_sha256": self.origin.digest,
+            "input_date": self.origin.date,
             "checks": [entry.to_json() for entry in self.entries],
         }
 
 
-def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str]) -> Entry:
+def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str], origin: Origin) -> Entry:
     """The entry that the finding kept in ``out`` supports, for the C with these digests.
 
-    A finding about other C, or about one precision less, is no evidence: the check was not run.
+    A finding about other C, about one precision less than wanted, or from another input, is no
+    evidence: the check was not run.
 
     Raises:
         InputError: the finding's file is not one.
     """
     found = kept(out, wanted.name)
-    if found is None:
-        return Entry(wanted.name, wanted.title, NOT_RUN, "", wanted.command)
-    subjects = found.get("subjects")
-    if not isinstance(subjects, Mapping) or any(subjects.get(p) != d for p, d in digests.items()):
-        why = "the finding that was kept is about another build"
+    why = "" if found is None else _no_evidence(found, wanted, digests, origin)
+    if found is None or why:
         return Entry(wanted.name, wanted.title, NOT_RUN, why, wanted.command)
     return Entry(
         name=wanted.name,
@@ -140,8 +147,23 @@ def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str]) -> Entry:
         tools={str(k): str(v) for k, v in dict(found.get("tools") or {}).items()},
         input_date=str(found.get("input_date", "")),
         faults=tuple(str(fault) for fault in found.get("faults") or ()),
+        details=tuple(str(line) for line in found.get("details") or ()),
+        precisions=wanted.precisions,
         figures=dict(found.get("figures") or {}),
     )
+
+
+def _no_evidence(
+    found: Mapping[str, Any], wanted: Wanted, digests: Mapping[str, str], origin: Origin
+) -> str:
+    """Why a finding says nothing about this build; empty if it does."""
+    subjects = found.get("subjects")
+    about = subjects if isinstance(subjects, Mapping) else {}
+    if any(about.get(p) != digests[p] for p in wanted.precisions) or not wanted.precisions:
+        return "the finding that was kept is about another build"
+    if found.get("input_sha256") != origin.digest:
+        return "the project, its drawing, its target or the checks' lists have changed since"
+    return ""
 
 
 def _state(found: Mapping[str, Any]) -> str:

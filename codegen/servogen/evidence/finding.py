@@ -62,10 +62,24 @@ def evidence_file(out: Path, check: str) -> Path:
     return out / FOLDER / f"{check}.json"
 
 
-def keep(finding: Finding, out: Path, input_date: str) -> None:
-    """Write the finding, with the date of the input it is about."""
-    text = json_text({**finding.to_json(), "input_date": input_date})
-    write_file(evidence_file(out, finding.check), text)
+@dataclass(frozen=True)
+class Origin:
+    """What a finding came from besides the C: a limit, a target or a drawing may change and the C
+    stay the same.
+
+    Attributes:
+        digest: sha-256 of the project's files, of its target and of the checks' own lists.
+        date: day of the newest of the project's files.
+    """
+
+    digest: str
+    date: str
+
+
+def keep(finding: Finding, out: Path, origin: Origin) -> None:
+    """Write the finding, with the input it is about."""
+    data = {**finding.to_json(), "input_sha256": origin.digest, "input_date": origin.date}
+    write_file(evidence_file(out, finding.check), json_text(data))
 
 
 def kept(out: Path, check: str) -> dict[str, Any] | None:

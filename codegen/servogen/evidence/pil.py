@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.finding import Finding
 from servogen.evidence.pil_build import (
@@ -29,7 +30,7 @@ from servogen.evidence.pil_counts import EXACT, EntryPoint, compare_all
 from servogen.evidence.pil_levels import PLAIN, Level, play_levels
 from servogen.evidence.pil_run import play_board
 from servogen.evidence.pil_stand import Stand, make_stand, within
-from servogen.precision import Precision
+from servogen.precision import FLOAT64, Precision
 from servogen.progress import Progress
 
 RANDOM_STEPS = 200  # of each controller
@@ -142,7 +143,13 @@ def examine(
         CheckFailed: it does not compile, or stops with an error.
     """
     program = build_target(core, stand.folder, stand.package.sources)
-    software = bool(program.map.software)
+    software = precision is FLOAT64 and not core.float64_in_hardware
+    if software != bool(program.map.software):
+        raise CheckFailed(
+            f"{precision.name} on {core.title}: arithmetic is in "
+            f"{'hardware' if software else 'software'}, where the processor has "
+            f"{'none' if software else 'instructions'} for it"
+        )
     if software:
         stand = within(stand, core.name, SOFTWARE_BUDGET)
     board = play_board(core, program, stand.stream, stand.folder / f"{core.name}-run", plugin)
@@ -202,7 +209,7 @@ def finding_of(bench: Bench, outcomes: Sequence[Outcome], tools: dict[str, str])
         check="pil",
         passed=not faults,
         summary=(
-            f"{sum(o.played for o in outcomes)} calls on {len(CORES)} emulated processors, "
+            f"{_played(outcomes)} calls on {len(CORES)} emulated processors, "
             f"all bits the host's in {equal} of {len(outcomes)} runs; instructions per operation "
             f"at most {_largest(outcomes, software=False)} in hardware, "
             f"{_largest(outcomes, software=True)} in software"
@@ -213,6 +220,12 @@ def finding_of(bench: Bench, outcomes: Sequence[Outcome], tools: dict[str, str])
         faults=tuple(faults),
         details=tuple(line for o in outcomes for line in _details(o)),
     )
+
+
+def _played(outcomes: Sequence[Outcome]) -> str:
+    """How many calls; of how many, where some were left out."""
+    played, whole = sum(o.played for o in outcomes), sum(o.of for o in outcomes)
+    return f"{played}" if played == whole else f"{played} of {whole}"
 
 
 def _largest(outcomes: Sequence[Outcome], software: bool) -> str:

@@ -10,6 +10,9 @@ from pathlib import Path
 
 from servogen.errors import CheckFailed, InputError
 
+# Ten times what the slowest of them takes: an emulator that waits for ever is not waited for.
+PATIENCE_S = 3600.0
+
 
 class ToolMissing(InputError):
     """A check cannot run here: one of its tools is not installed (exit status 3).
@@ -50,15 +53,23 @@ def run_tool(
     """Run to the end, output kept as text, no exception for a non-zero status.
 
     ``LC_ALL=C``, so that messages are the same everywhere.
+
+    Raises:
+        CheckFailed: it has not ended after ``PATIENCE_S``; it is killed.
     """
-    done = subprocess.run(
-        [str(part) for part in command],
-        cwd=folder,
-        input=given,
-        capture_output=True,
-        check=False,
-        env=os.environ | {"LC_ALL": "C"},
-    )
+    try:
+        done = subprocess.run(
+            [str(part) for part in command],
+            cwd=folder,
+            input=given,
+            capture_output=True,
+            check=False,
+            env=os.environ | {"LC_ALL": "C"},
+            timeout=PATIENCE_S,
+        )
+    except subprocess.TimeoutExpired as late:
+        name = Path(str(command[0])).name
+        raise CheckFailed(f"{name} has not ended after {PATIENCE_S / 60:.0f} minutes") from late
     return subprocess.CompletedProcess(
         done.args,
         done.returncode,

@@ -16,10 +16,10 @@ def evidence_parts(data: ReportData) -> list[Table | Missing]:
         return [Missing("No evidence has been gathered", f"servogen run {data.toml} -o OUT")]
     rows = tuple(_row(entry) for entry in certificate.entries)
     note = (
-        "About the C whose digests stand below, in both precisions. A check that was not run, or "
-        "ran on another build, counts for nothing."
+        "About the C whose digests stand below, in the precisions named. A check that was not run, "
+        "ran on other C or from another input, counts for nothing."
     )
-    columns = ("check", "result", "found", "tools", "date of the input")
+    columns = ("check", "result", "found", "precision", "tools", "date of the input")
     parts: list[Table | Missing] = [
         Table(f"Certificate: {certificate.result}", columns, rows, note)
     ]
@@ -27,6 +27,10 @@ def evidence_parts(data: ReportData) -> list[Table | Missing]:
     if faults:
         told = tuple((text(title, "name"), Cell(fault, BAD)) for title, fault in faults)
         parts.append(Table("Faults", ("check", "fault"), told))
+    details = [(e.title, line) for e in certificate.entries for line in e.details]
+    if details:
+        told = tuple((text(title, "name"), text(line.strip())) for title, line in details)
+        parts.append(Table("Details", ("check", "found"), told, folded=True))
     parts.append(
         key_table(
             "What it is about",
@@ -35,7 +39,8 @@ def evidence_parts(data: ReportData) -> list[Table | Missing]:
                 "emitted in": certificate.precision,
                 **{f"C, {p}, sha-256": digest for p, digest in certificate.digests.items()},
                 "servogen": certificate.version,
-                "date of the input": certificate.input_date,
+                "input, sha-256": certificate.origin.digest,
+                "date of the input": certificate.origin.date,
             },
         )
     )
@@ -51,6 +56,7 @@ def _row(entry: Entry) -> tuple[Cell, ...]:
         text(entry.title, "name"),
         Cell(entry.state, _KINDS.get(entry.state, MUTED)),
         text(told),
+        text(" and ".join(entry.precisions)),
         text(tools, MUTED),
         text(entry.input_date),
     )

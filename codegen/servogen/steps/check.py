@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from servogen import __version__
+from servogen import __version__, evidence
 from servogen.controllers.cascade_design import CascadeDesign
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.catalogue import CHECKS
 from servogen.evidence.certificate import FILE, Certificate, Wanted, entry_of
-from servogen.evidence.finding import Finding, keep
+from servogen.evidence.finding import Finding, Origin, keep
 from servogen.jsontext import json_text
 from servogen.outputs import write_file
 from servogen.precision import FLOAT32, FLOAT64, Precision
@@ -24,9 +25,10 @@ from servogen.sil.compiled import CompiledController
 from servogen.sil.player import Play
 from servogen.sil.recorder import Recorder
 from servogen.sil.scenarios import suite
-from servogen.steps.findings import STEPS, step_finding
+from servogen.steps.findings import OF_ONE_PRECISION, STEPS, step_finding
 from servogen.steps.prepare import Prepared
 from servogen.systems.closed_loop import run_closed_loop
+from servogen.wcet.targets import target_file
 
 SEED = 20260
 
@@ -61,7 +63,7 @@ def check(prepared: Prepared, name: str, out: Path, progress: Progress) -> Check
         finding = step_finding(prepared, name, bench, progress)
     else:
         finding = CHECKS[name].run(bench, progress)
-    keep(finding, out, input_date(prepared.machine.project))
+    keep(finding, out, origin_of(prepared.machine.project))
     return CheckResult(finding)
 
 
@@ -73,19 +75,25 @@ def titles() -> dict[str, str]:
 def certify(prepared: Prepared, out: Path) -> Certificate:
     """Gather what is kept in ``out`` about the C of this project into ``certificate.json``."""
     project = prepared.machine.project
-    digests = bench_of(prepared).digests
+    digests, origin = bench_of(prepared).digests, origin_of(project)
+    own = prepared.machine.precision.name
     wanted = [
-        Wanted(name, title, f"check {name} {project.file.name} -o {out.name}")
+        Wanted(
+            name,
+            title,
+            f"check {name} {project.file.name} -o {out.name}",
+            (own,) if name in OF_ONE_PRECISION else tuple(digests),
+        )
         for name, title in titles().items()
     ]
     certificate = Certificate(
         project=project.name,
         version=__version__,
         design_hash=prepared.package.hash,
-        precision=prepared.machine.precision.name,
+        precision=own,
         digests=digests,
-        input_date=input_date(project),
-        entries=tuple(entry_of(one, out, digests) for one in wanted),
+        origin=origin,
+        entries=tuple(entry_of(one, out, digests, origin) for one in wanted),
     )
     write_file(out / FILE, json_text(certificate.to_json()))
     return certificate
@@ -131,11 +139,17 @@ def _closed_loop(prepared: Prepared, precision: Precision) -> Callable[[int | No
     return record
 
 
-def input_date(project: Project) -> str:
-    """Day of the newest file that the project is made of (UTC), or of ``SOURCE_DATE_EPOCH``."""
-    chosen = os.environ.get("SOURCE_DATE_EPOCH", "")
+def origin_of(project: Project) -> Origin:
+    """Digest of the project's files, its target and the checks' lists, names and folders aside; the
+    day of the newest of the project's files (UTC), or of ``SOURCE_DATE_EPOCH``."""
     stages = [stage for _, axis in project.machine.axes for stage in (axis.slow, axis.fast)]
-    models = [stage.file for stage in stages if stage.model == "python"]
-    files = [project.file, project.path.file, *models]
-    newest = int(chosen) if chosen.isdigit() else max(Path(f).stat().st_mtime for f in files)
-    return datetime.fromtimestamp(newest, UTC).date().isoformat()
+    models = [Path(stage.file) for stage in stages if stage.model == "python"]
+    files = [project.file, Path(project.path.file), *models]
+    target = target_file(project.target.name, project.file.parent)
+    lists = sorted(Path(evidence.__file__).parent.glob("*.toml"))
+    digest = hashlib.sha256()
+    for file in (*files, target, *lists):
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    chosen = os.environ.get("SOURCE_DATE_EPOCH", "")
+    newest = int(chosen) if chosen.isdigit() else max(f.stat().st_mtime for f in files)
+    return Origin(digest.hexdigest(), datetime.fromtimestamp(newest, UTC).date().isoformat())

@@ -25,6 +25,9 @@ STEPS = {
     "simulate": "Closed loop within its limits",
 }
 
+# They run what is shipped; the others examine both precisions.
+OF_ONE_PRECISION = ("wcet", "simulate")
+
 
 def step_finding(prepared: Prepared, name: str, bench: Bench, progress: Progress) -> Finding:
     """Do one of ``STEPS`` and put what it found into the common form."""
@@ -118,7 +121,7 @@ def wcet_finding(result: WcetResult, bench: Bench) -> Finding:
         passed=result.passed,
         summary=result.summary,
         tools={"pycparser": version("pycparser"), "gcc": version_of(["gcc", "--version"])},
-        subjects=bench.digests,
+        subjects=bench.own_digest,
         figures=_without(result.to_json(), "schema", "passed", "faults"),
         faults=tuple(result.fit.faults),
     )
@@ -131,7 +134,7 @@ def simulate_finding(result: SimulateResult, bench: Bench) -> Finding:
         passed=result.passed,
         summary=result.lines()[0].removeprefix("simulate").strip(),
         tools={"gcc": version_of(["gcc", "--version"])},
-        subjects=bench.digests,
+        subjects=bench.own_digest,
         figures=_without(result.to_json(), "schema", "passed"),
         faults=tuple(result.faults),
     )

@@ -70,6 +70,12 @@ def bundled_targets() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in _FOLDER.glob("*.toml")))
 
 
+def target_file(name_or_path: str | Path, base: Path | None = None) -> Path:
+    """Where ``load_target`` reads a target from."""
+    bundled = str(name_or_path) in bundled_targets()
+    return _FOLDER / f"{name_or_path}.toml" if bundled else (base or Path()) / name_or_path
+
+
 def load_target(name_or_path: str | Path, base: Path | None = None) -> Target:
     """A bundled target by name, or any from a TOML file of the same form.
 
@@ -81,12 +87,10 @@ def load_target(name_or_path: str | Path, base: Path | None = None) -> Target:
         InputError: no such target, or a key that is missing, unknown or no number.
     """
     text = str(name_or_path)
-    path = _FOLDER / f"{text}.toml"
-    if text not in bundled_targets():
-        path = (base or Path()) / text
-        if path.suffix != ".toml" or not path.is_file():
-            known = ", ".join(bundled_targets())
-            raise InputError(None, "target.name", text, f"one of {known}, or a TOML file")
+    path = target_file(name_or_path, base)
+    if text not in bundled_targets() and (path.suffix != ".toml" or not path.is_file()):
+        known = ", ".join(bundled_targets())
+        raise InputError(None, "target.name", text, f"one of {known}, or a TOML file")
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
