@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Kernels that all servogen controllers share. Included by the emitted .c files after sg_real (float
- * or double) and SG_REAL_MAX are defined, so that each translation unit has its own precision.
+ * Kernels that all servogen controllers share. Included by a package's own header of its scalar, after
+ * sg_real (float or double) and SG_REAL_MAX are defined: each package has its own precision.
+ *
+ * Comments that begin with an at sign speak to Frama-C Eva, the analyser that proves the absence of
+ * run-time errors: `dynamic_split x` keeps the cases of x apart, `merge x` joins them again, `admit`
+ * tells it what IEEE 754 says and it does not know: no comparison holds with a NaN.
  *
  * Matrices are stored transposed, column after column: the inner loop then runs over independent
  * rows, which a compiler can vectorise without changing the order of any sum.
@@ -11,6 +15,7 @@
 
 #include <stdint.h>
 
+#include "sg_compiler.h"
 #include "sg_status.h"
 
 static inline sg_real sg_min(sg_real a, sg_real b)
@@ -28,6 +33,27 @@ static inline sg_real sg_clamp(sg_real x, sg_real low, sg_real high)
     return sg_min(sg_max(x, low), high);
 }
 
+/*
+ * sg_bound, sg_bound_below and sg_bound_count keep what they are given in an interval that it does not
+ * leave: they are for the proof, which looks at one number at a time and cannot see why. Each place says
+ * why; a test counts that none of them ever changes anything in a machine that runs.
+ */
+static inline sg_real sg_bound(sg_real x, sg_real low, sg_real high)
+{
+    return sg_clamp(x, low, high);
+}
+
+static inline sg_real sg_bound_below(sg_real x, sg_real low)
+{
+    return sg_max(x, low);
+}
+
+static inline int32_t sg_bound_count(int32_t x, int32_t low, int32_t high)
+{
+    const int32_t raised = (x < low) ? low : x;
+    return (raised > high) ? high : raised;
+}
+
 static inline sg_status sg_worse(sg_status a, sg_status b)
 {
     return (a > b) ? a : b;
@@ -37,6 +63,7 @@ static inline sg_status sg_worse(sg_status a, sg_status b)
 static inline sg_status sg_check(sg_real x, sg_real low, sg_real high)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     if (!(x >= low)) {
         status = SG_OUT_OF_RANGE;
     }
@@ -49,40 +76,51 @@ static inline sg_status sg_check(sg_real x, sg_real low, sg_real high)
     if (!(x <= SG_REAL_MAX)) {
         status = SG_NOT_FINITE;
     }
+    /*@ admit status != SG_OK || !\is_NaN(x); */
     return status;
 }
 
-/* The first `used` of at most `size` elements; the rest is not looked at. */
-static inline sg_status sg_check_array(int size, int used, const sg_real *x, sg_real low,
+/* The worst of all elements; SG_NOT_FINITE goes before SG_OUT_OF_RANGE. */
+static inline sg_status sg_check_array(int size, const sg_real *restrict x, sg_real low,
                                        sg_real high)
 {
     sg_status finite = SG_OK;
+    /*@ dynamic_split finite; */
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < size; i++) {
-        if (i < used) {
-            const sg_status here = sg_check(x[i], low, high);
-            finite = (here == SG_NOT_FINITE) ? here : ((finite == SG_OK) ? here : finite);
+        const sg_status here = sg_check(x[i], low, high);
+        if (finite == SG_OK) {
+            finite = here;
+        }
+        if (here == SG_NOT_FINITE) {
+            finite = here;
         }
     }
+    /*@ merge finite; */
     return finite;
 }
 
 static inline void sg_fill(int n, sg_real value, sg_real *x)
 {
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < n; i++) {
         x[i] = value;
     }
 }
 
-static inline void sg_copy(int n, const sg_real *from, sg_real *to)
+static inline void sg_copy(int n, const sg_real *restrict from, sg_real *restrict to)
 {
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < n; i++) {
         to[i] = from[i];
     }
 }
 
 /* The first `used` of at most `size` elements; the rest becomes zero and is not read. */
-static inline void sg_copy_some(int size, int used, const sg_real *from, sg_real *to)
+static inline void sg_copy_some(int size, int used, const sg_real *restrict from,
+                                sg_real *restrict to)
 {
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < size; i++) {
         to[i] = (sg_real)0;
         if (i < used) {
@@ -94,7 +132,7 @@ static inline void sg_copy_some(int size, int used, const sg_real *from, sg_real
 /* Drop x[0], append `last`. */
 static inline void sg_shift(int n, sg_real *x, sg_real last)
 {
-    for (int i = 0; i < n - 1; i++) {
+    for (int i = 0; i < (n - 1); i++) {
         x[i] = x[i + 1];
     }
     x[n - 1] = last;
@@ -108,6 +146,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
                              const sg_real *restrict x, sg_real *restrict y)
 {
     const int blocks = cols / 4;
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < rows; i++) {
         y[i] = (sg_real)0;
     }
@@ -121,6 +160,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
         const sg_real *restrict c1 = &columns[(j + 1) * rows];
         const sg_real *restrict c2 = &columns[(j + 2) * rows];
         const sg_real *restrict c3 = &columns[(j + 3) * rows];
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < rows; i++) {
             y[i] = (((y[i] + (c0[i] * x0)) + (c1[i] * x1)) + (c2[i] * x2)) + (c3[i] * x3);
         }
@@ -128,6 +168,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
     for (int j = 4 * blocks; j < cols; j++) {
         const sg_real factor = x[j];
         const sg_real *restrict column = &columns[j * rows];
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < rows; i++) {
             y[i] += column[i] * factor;
         }
@@ -135,14 +176,15 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
 }
 
 /* y += z */
-static inline void sg_add(int n, const sg_real *z, sg_real *y)
+static inline void sg_add(int n, const sg_real *restrict z, sg_real *restrict y)
 {
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < n; i++) {
         y[i] += z[i];
     }
 }
 
-static inline sg_real sg_dot(int n, const sg_real *x, const sg_real *y)
+static inline sg_real sg_dot(int n, const sg_real *restrict x, const sg_real *restrict y)
 {
     sg_real sum = x[0] * y[0];
     for (int i = 1; i < n; i++) {

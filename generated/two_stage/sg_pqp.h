@@ -9,6 +9,14 @@
 
 #include "sg_kernels.h"
 
+/* With SG_OWN_DIVISION, for a processor that has neither a division nor a library of one. */
+#if defined(SG_OWN_DIVISION)
+#include "sg_division.h"
+#define SG_DIVIDE(a, b) sg_divide((a), (b))
+#else
+#define SG_DIVIDE(a, b) ((a) / (b))
+#endif
+
 /* What an iterate tells: its worst slack (negative: violated), where, and the duality gap. */
 typedef struct {
     sg_real worst;
@@ -26,6 +34,7 @@ static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse
                                    sg_real *restrict scratch, sg_real *restrict correction,
                                    sg_real *restrict change, sg_pqp_state *restrict state)
 {
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         scratch[i] = upper[i] - lower[i];
     }
@@ -35,6 +44,7 @@ static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse
     state->row = 0;
     state->is_lower = 0;
     sg_real gap = (sg_real)0;
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real r_upper = slack_upper[i] + change[i];
         const sg_real r_lower = slack_lower[i] - change[i];
@@ -67,10 +77,12 @@ static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute_colum
 {
     const sg_real zero = (sg_real)0;
     const sg_real half = (sg_real)0.5;
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         scratch[i] = upper[i] + lower[i];
     }
     sg_matvec(m, m, absolute_columns, scratch, absolute);
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real plus = sg_max(half * (absolute[i] + change[i]), zero);
         const sg_real minus = sg_max(half * (absolute[i] - change[i]), zero);
@@ -83,27 +95,37 @@ static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute_colum
         last_upper[i] = upper[i];
         last_lower[i] = lower[i];
         last_change[i] = change[i];
-        upper[i] = sg_clamp((upper[i] * up) / down, vanish[i], ceiling[i]);
-        lower[i] = sg_clamp((lower[i] * low_up) / low_down, vanish[i], ceiling[i]);
+        upper[i] = sg_clamp(SG_DIVIDE(upper[i] * up, down), vanish[i], ceiling[i]);
+        lower[i] = sg_clamp(SG_DIVIDE(lower[i] * low_up, low_down), vanish[i], ceiling[i]);
     }
 }
 
 /* Exact minimum of the dual along the multiplier of the most violated row. */
 static inline void sg_pqp_coordinate(const sg_real *restrict inverse_diagonal,
+                                     const sg_real *restrict vanish,
                                      const sg_real *restrict ceiling,
                                      const sg_pqp_state *restrict state, sg_real *restrict upper,
                                      sg_real *restrict lower)
 {
     const int32_t row = state->row;
     sg_real *const target = (state->is_lower == 1) ? lower : upper;
-    target[row] = sg_min(target[row] - (state->worst * inverse_diagonal[row]), ceiling[row]);
+    /* the row is violated, worst < 0: its dual grows from at least `vanish` */
+    const sg_real raised =
+        sg_bound_below(target[row] - (state->worst * inverse_diagonal[row]), vanish[row]);
+    target[row] = sg_min(raised, ceiling[row]);
 }
 
-/* Exact line search along the last step of (20); the duals that matter stay positive. */
+/*
+ * Exact line search along the last step of (20); the duals that matter stay positive. Two duals, both
+ * at least `vanish`, are equal or differ by more than `least_step`: comparing with it instead of with
+ * zero changes nothing, and bounds the quotient.
+ */
 static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
                                       const sg_real *restrict vanish,
                                       const sg_real *restrict ceiling, sg_real clamp, sg_real room,
-                                      sg_real weight, const sg_real *restrict slack_upper,
+                                      sg_real weight, sg_real least_step,
+                                      sg_real least_curvature, sg_real longest,
+                                      const sg_real *restrict slack_upper,
                                       const sg_real *restrict slack_lower,
                                       const sg_real *restrict change, sg_real *restrict upper,
                                       sg_real *restrict lower,
@@ -115,6 +137,7 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
     sg_real curvature = zero;
     sg_real slope = zero;
     sg_real largest = zero;
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real step_upper = upper[i] - last_upper[i];
         const sg_real step_lower = lower[i] - last_lower[i];
@@ -131,21 +154,25 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
     }
     if (useful == 1) {
         const sg_real level = weight * largest;
-        sg_real length = -slope / curvature;
+        /* a curvature or a length beyond these would leave the range of the scalar type */
+        sg_real length = SG_DIVIDE(-slope, sg_bound_below(curvature, least_curvature));
+        length = sg_bound(length, zero, longest);
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < m; i++) {
             const sg_real step_upper = upper[i] - last_upper[i];
             const sg_real step_lower = lower[i] - last_lower[i];
-            if (step_upper < zero) {
+            if (step_upper < -least_step) {
                 if ((upper[i] * diagonal[i]) >= level) {
-                    length = sg_min(length, (room * upper[i]) / -step_upper);
+                    length = sg_min(length, SG_DIVIDE(room * upper[i], -step_upper));
                 }
             }
-            if (step_lower < zero) {
+            if (step_lower < -least_step) {
                 if ((lower[i] * diagonal[i]) >= level) {
-                    length = sg_min(length, (room * lower[i]) / -step_lower);
+                    length = sg_min(length, SG_DIVIDE(room * lower[i], -step_lower));
                 }
             }
         }
+        SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < m; i++) {
             const sg_real step_upper = upper[i] - last_upper[i];
             const sg_real step_lower = lower[i] - last_lower[i];

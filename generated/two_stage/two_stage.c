@@ -1,21 +1,35 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
+ * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
  *
  * SPRG-MPC cascade for a two-stage machine
+ *
+ * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
+ * of C objects on the stack. Constant tables of this file: 224 bytes.
+ *
+ * worst case of one call                        add     mul   div    cmp other    load  store stack
+ * two_stage_init                                  0       0     0      0     0       0   8900    32
+ * two_stage_reset                                 0       0     0     24     0     280  15656    92
+ * two_stage_step                            1584636 1473877 28956 199284 39656 2263653 530472  5492
+ *   fixed part                                16224   13309     0   6852   896   27885   9948
+ *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   13758   12812   254   1688   340   19612   4566
+ * two_stage_predict                              24      24     0     24     0      84     48   236
+ * two_stage_plan                            1584626 1473870 28956 199242 39654 2263619 530452  5476
+ *   fixed part                                16214   13302     0   6810   894   27851   9928
+ *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   13758   12812   254   1688   340   19612   4566
+ * two_stage_start                                10       7     0     42     2      36     22   228
+ * two_stage_fast_step                            42      36     0     18    15     113     42   204
  */
 #include "two_stage.h"
-
-typedef two_stage_real sg_real;
-#define SG_REAL_MAX 1.7976931348623157e+308
-#include "sg_kernels.h"
+#include "two_stage_scalar.h"
 #include "two_stage_tables.h"
 
 /* The measured states, if they are usable. */
 static sg_status two_stage_measure(two_stage_t *self, const two_stage_step_in *in)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->x_position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->x_velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->x_acceleration, -58.84, 58.84));
@@ -30,6 +44,7 @@ static sg_status two_stage_measure(two_stage_t *self, const two_stage_step_in *i
         self->state_y[1] = in->y_velocity;
         self->state_y[2] = in->y_acceleration;
     }
+    /*@ merge status; */
     return status;
 }
 
@@ -45,16 +60,16 @@ static sg_status two_stage_govern(two_stage_t *self, const two_stage_step_in *in
     ask.x_acceleration = end_x[2];
     ask.last_x = self->reference_x[TWO_STAGE_HORIZON];
     sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_x, ask.points_x);
-    sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_x, push.points_x);
     ask.y_position = end_y[0];
     ask.y_velocity = end_y[1];
     ask.y_acceleration = end_y[2];
     ask.last_y = self->reference_y[TWO_STAGE_HORIZON];
     sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_y, ask.points_y);
-    sg_copy_some(TWO_STAGE_POINTS, n_points, in->points_y, push.points_y);
     ask.n_points = n_points;
     sg_status status = two_stage_governor_step(&self->governor, &ask, &told);
     push.n_points = told.points_taken;
+    sg_copy_some(TWO_STAGE_POINTS, told.points_taken, in->points_x, push.points_x);
+    sg_copy_some(TWO_STAGE_POINTS, told.points_taken, in->points_y, push.points_y);
     const sg_status pushed = two_stage_follower_push(&self->fast, &push);
     if (pushed != SG_OK) { /* nothing was queued, so nothing may be taken */
         told.points_taken = 0;
@@ -66,7 +81,8 @@ static sg_status two_stage_govern(two_stage_t *self, const two_stage_step_in *in
         told.high_y = told.reference_y;
     }
     status = sg_worse(status, pushed);
-    self->pending = self->pending + told.points_taken;
+    /* the sum of what waits in the fast stage's queue */
+    self->pending = sg_bound_count(self->pending + told.points_taken, 0, TWO_STAGE_WAITING);
     sg_shift(TWO_STAGE_REFERENCES, self->reference_x, told.reference_x);
     sg_shift(TWO_STAGE_INTERVALS, self->low_x, told.low_x);
     sg_shift(TWO_STAGE_INTERVALS, self->high_x, told.high_x);
@@ -93,11 +109,13 @@ static sg_status two_stage_begin(two_stage_t *self, sg_status status, int32_t *i
     ask.slow_command_y = self->command_y;
     result = sg_worse(result, two_stage_follower_begin(&self->fast, &ask, &told));
     if (result == SG_OK) {
-        if ((self->pending + self->offered) == 0) {
-            result = SG_FINISHED;
+        if (self->pending == 0) {
+            if (self->offered == 0) {
+                result = SG_FINISHED;
+            }
         }
     }
-    self->pending = self->pending - told.interval_points;
+    self->pending = sg_bound_count(self->pending - told.interval_points, 0, TWO_STAGE_WAITING);
     self->planned = 0;
     *interval = told.interval_points;
     return result;
@@ -106,10 +124,11 @@ static sg_status two_stage_begin(two_stage_t *self, sg_status status, int32_t *i
 /* Bounds of y_1..y_N: range (16e, f) at both ends of every interval, position limit. */
 static void two_stage_window_x(const two_stage_t *self, two_stage_mpc_step_in *ask)
 {
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int k = 0; k < TWO_STAGE_HORIZON; k++) {
         sg_real low = self->high_x[k];
         sg_real high = self->low_x[k];
-        if (k < TWO_STAGE_HORIZON - 1) {
+        if (k < (TWO_STAGE_HORIZON - 1)) {
             low = sg_max(low, self->high_x[k + 1]);
             high = sg_min(high, self->low_x[k + 1]);
         }
@@ -171,10 +190,11 @@ static void two_stage_seed_x(two_stage_t *self)
 /* Bounds of y_1..y_N: range (16e, f) at both ends of every interval, position limit. */
 static void two_stage_window_y(const two_stage_t *self, two_stage_mpc_step_in *ask)
 {
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int k = 0; k < TWO_STAGE_HORIZON; k++) {
         sg_real low = self->high_y[k];
         sg_real high = self->low_y[k];
-        if (k < TWO_STAGE_HORIZON - 1) {
+        if (k < (TWO_STAGE_HORIZON - 1)) {
             low = sg_max(low, self->high_y[k + 1]);
             high = sg_min(high, self->low_y[k + 1]);
         }
@@ -260,10 +280,13 @@ sg_status two_stage_reset(two_stage_t *self, const two_stage_reset_in *in)
 {
     two_stage_follower_reset_in fast;
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
+    status = sg_worse(status, sg_check(in->position_x, -0.4, 0.4));
+    status = sg_worse(status, sg_check(in->position_y, -0.4, 0.4));
     two_stage_init(self);
     fast.position_x = in->position_x;
     fast.position_y = in->position_y;
-    status = two_stage_follower_reset(&self->fast, &fast);
+    status = sg_worse(status, two_stage_follower_reset(&self->fast, &fast));
     two_stage_mpc_reset_in mpc_x;
     mpc_x.position = in->position_x;
     status = sg_worse(status, two_stage_mpc_reset(&self->mpc_x, &mpc_x));
@@ -284,6 +307,7 @@ sg_status two_stage_reset(two_stage_t *self, const two_stage_reset_in *in)
         self->priming = TWO_STAGE_PRIMING;
         self->ready = 1;
     }
+    /*@ merge status; */
     return status;
 }
 
@@ -329,17 +353,21 @@ static sg_status two_stage_period(two_stage_t *self, const two_stage_step_in *in
     return status;
 }
 
-static void two_stage_ahead_x(const two_stage_t *self, const sg_real *state, sg_real *ahead)
+static void two_stage_ahead_x(const two_stage_t *self, const sg_real *restrict state,
+                                sg_real *restrict ahead)
 {
     sg_matvec(TWO_STAGE_ORDER, TWO_STAGE_ORDER, two_stage_a_columns_x, state, ahead);
+    SG_PRAGMA("MUST_ITERATE(3, 3)")
     for (int i = 0; i < TWO_STAGE_ORDER; i++) {
         ahead[i] += two_stage_b_x[i] * self->command_x;
     }
 }
 
-static void two_stage_ahead_y(const two_stage_t *self, const sg_real *state, sg_real *ahead)
+static void two_stage_ahead_y(const two_stage_t *self, const sg_real *restrict state,
+                                sg_real *restrict ahead)
 {
     sg_matvec(TWO_STAGE_ORDER, TWO_STAGE_ORDER, two_stage_a_columns_y, state, ahead);
+    SG_PRAGMA("MUST_ITERATE(3, 3)")
     for (int i = 0; i < TWO_STAGE_ORDER; i++) {
         ahead[i] += two_stage_b_y[i] * self->command_y;
     }
@@ -354,6 +382,7 @@ sg_status two_stage_predict(const two_stage_t *self, const two_stage_predict_in 
     sg_real state_y[TWO_STAGE_ORDER];
     sg_real ahead_y[TWO_STAGE_ORDER];
     sg_copy(TWO_STAGE_ORDER, self->state_y, state_y);
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->x_position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->x_velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->x_acceleration, -58.84, 58.84));
@@ -376,6 +405,7 @@ sg_status two_stage_predict(const two_stage_t *self, const two_stage_predict_in 
     out->y_position = ahead_y[0];
     out->y_velocity = ahead_y[1];
     out->y_acceleration = ahead_y[2];
+    /*@ merge status; */
     return (self->ready == 1) ? status : SG_NOT_READY;
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H
@@ -19,6 +19,7 @@ enum {
     TWO_STAGE_HORIZON = 20, /* N; 0: the governor alone */
     TWO_STAGE_REFERENCES = 21, /* r_0..r_N */
     TWO_STAGE_INTERVALS = 20, /* intervals looked ahead */
+    TWO_STAGE_WAITING = 3000, /* points that can wait */
     TWO_STAGE_PRIMING = 19 /* steps that fill the horizon */
 };
 
@@ -72,15 +73,15 @@ typedef struct {
 } two_stage_predict_in;
 
 typedef struct {
-    two_stage_real command_x; /* m: slow stage position command */
-    two_stage_real command_y; /* m: slow stage position command */
-    int32_t points_taken; /* 1: points to drop from the front of the path */
-    int32_t interval_points; /* 1: points of the interval that begins */
-    int32_t pending; /* 1: points taken and not yet processed */
-    int32_t iterations_x; /* 1: PQP iterations */
-    int32_t iterations_y; /* 1: PQP iterations */
-    int32_t status_x; /* 1: status of this axis */
-    int32_t status_y; /* 1: status of this axis */
+    two_stage_real command_x; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command */
+    two_stage_real command_y; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command */
+    int32_t points_taken; /* 1 [0 .. 150]: points to drop from the front of the path */
+    int32_t interval_points; /* 1 [0 .. 150]: points of the interval that begins */
+    int32_t pending; /* 1 [0 .. 3000]: points taken and not yet processed */
+    int32_t iterations_x; /* 1 [0 .. 114]: PQP iterations */
+    int32_t iterations_y; /* 1 [0 .. 114]: PQP iterations */
+    int32_t status_x; /* 1 [0 .. 9]: status of this axis */
+    int32_t status_y; /* 1 [0 .. 9]: status of this axis */
 } two_stage_step_out;
 
 typedef struct {
@@ -93,18 +94,18 @@ typedef struct {
 } two_stage_predict_out;
 
 typedef struct {
-    two_stage_real command_x; /* m: slow stage position command */
-    two_stage_real command_y; /* m: slow stage position command */
-    int32_t interval_points; /* 1: points of the interval that begins */
-    int32_t pending; /* 1: points taken and not yet processed */
+    two_stage_real command_x; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command */
+    two_stage_real command_y; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command */
+    int32_t interval_points; /* 1 [0 .. 150]: points of the interval that begins */
+    int32_t pending; /* 1 [0 .. 3000]: points taken and not yet processed */
 } two_stage_start_out;
 
 typedef struct {
-    two_stage_real command_x; /* m: fast stage command */
-    two_stage_real command_y; /* m: fast stage command */
-    two_stage_real reference_x; /* m: r_f of (22), where the tool should be */
-    two_stage_real reference_y; /* m: r_f of (22), where the tool should be */
-    two_stage_real along; /* 1: points of the interval behind that point */
+    two_stage_real command_x; /* m [-0.042 .. 0.042]: fast stage command */
+    two_stage_real command_y; /* m [-0.042 .. 0.042]: fast stage command */
+    two_stage_real reference_x; /* m [-0.4 .. 0.4]: r_f of (22), where the tool should be */
+    two_stage_real reference_y; /* m [-0.4 .. 0.4]: r_f of (22), where the tool should be */
+    two_stage_real along; /* 1 [0.0 .. 150.0]: points of the interval behind that point */
 } two_stage_fast_step_out;
 
 typedef two_stage_step_in two_stage_plan_in;

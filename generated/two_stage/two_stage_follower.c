@@ -1,15 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from fast.c.jinja; not to be edited.
- * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
+ * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
  *
  * Fast stage commands (22)-(23) and the feed along the points
+ *
+ * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
+ * of C objects on the stack. Constant tables of this file: 368 bytes.
+ *
+ * worst case of one call   add mul div  cmp other load store stack
+ * two_stage_follower_init    0   0   0    0     0    0  6320    28
+ * two_stage_follower_reset   0   0   0    8     0    8  6326    40
+ * two_stage_follower_push    0   0   0 1200     0  600   300    80
+ * two_stage_follower_begin  10   7   0   42     2   26    12   132
+ * two_stage_follower_room    2   1   0    0     1    3     0     8
+ * two_stage_follower_step   42  36   0   18    15  108    37   156
  */
 #include "two_stage_follower.h"
-
-typedef two_stage_real sg_real;
-#define SG_REAL_MAX 1.7976931348623157e+308
-#include "sg_kernels.h"
+#include "two_stage_scalar.h"
 #include "two_stage_follower_tables.h"
 
 /* An index into the ring of points, one turn past the end at most. */
@@ -47,7 +55,7 @@ static void two_stage_follower_plan_feed(two_stage_follower_t *self, sg_real poi
 static sg_real two_stage_follower_rate(const two_stage_follower_t *self)
 {
     const int32_t left = TWO_STAGE_FOLLOWER_POINTS - self->done;
-    sg_real rate = self->rate_flat;
+    sg_real rate;
     if (self->done < TWO_STAGE_FOLLOWER_RAMP) {
         const sg_real share = ((sg_real)self->done + (sg_real)0.5) * two_stage_follower_ramp_inverse;
         rate = self->rate_begin + ((self->rate_flat - self->rate_begin) * share);
@@ -66,7 +74,6 @@ static sg_real two_stage_follower_point(const two_stage_follower_t *self, const 
     sg_real point = path[self->head];
     if (self->current > 0) {
         int32_t index = (int32_t)self->along;
-        index = (index < 0) ? 0 : index;
         index = (index > (self->current - 1)) ? (self->current - 1) : index;
         const sg_real share = self->along - (sg_real)index;
         const sg_real here = path[two_stage_follower_wrap(self->head + index)];
@@ -90,6 +97,7 @@ void two_stage_follower_init(two_stage_follower_t *self)
     self->rate_begin = (sg_real)0;
     self->rate_flat = (sg_real)0;
     self->rate_end = (sg_real)0;
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int i = 0; i < TWO_STAGE_FOLLOWER_INTERVALS; i++) {
         self->queue[i] = 0;
     }
@@ -104,6 +112,7 @@ void two_stage_follower_init(two_stage_follower_t *self)
 sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_follower_reset_in *in)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->position_x, -0.4, 0.4));
     status = sg_worse(status, sg_check(in->position_y, -0.4, 0.4));
     two_stage_follower_init(self);
@@ -117,16 +126,16 @@ sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_f
         self->ready = 1;
     }
     self->done = TWO_STAGE_FOLLOWER_POINTS;
+    /*@ merge status; */
     return status;
 }
 
 sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_follower_push_in *in)
 {
     sg_status status = SG_OK;
-    status = sg_worse(status, sg_check_array(150, in->n_points, in->points_x, -0.4,
-                                             0.4));
-    status = sg_worse(status, sg_check_array(150, in->n_points, in->points_y, -0.4,
-                                             0.4));
+    /*@ dynamic_split status; */
+    status = sg_worse(status, sg_check_array(150, in->points_x, -0.4, 0.4));
+    status = sg_worse(status, sg_check_array(150, in->points_y, -0.4, 0.4));
     if (in->n_points < 0) {
         status = sg_worse(status, SG_OUT_OF_RANGE);
     }
@@ -140,6 +149,7 @@ sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_fo
         status = SG_NOT_READY;
     }
     if (status == SG_OK) {
+        SG_PRAGMA("MUST_ITERATE(150, 150)")
         for (int i = 0; i < TWO_STAGE_FOLLOWER_POINTS; i++) {
             if (i < in->n_points) {
                 self->tail = two_stage_follower_wrap(self->tail + 1);
@@ -150,12 +160,14 @@ sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_fo
         self->queue[self->waiting] = in->n_points;
         self->waiting = self->waiting + 1;
     }
+    /*@ merge status; */
     return status;
 }
 
 sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_follower_begin_in *in, two_stage_follower_begin_out *out)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->x_position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->x_velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->x_acceleration, -58.84, 58.84));
@@ -182,7 +194,8 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
         self->current = 0;
         if (self->waiting > 0) {
             self->current = self->queue[0];
-            for (int i = 0; i < TWO_STAGE_FOLLOWER_INTERVALS - 1; i++) {
+            SG_PRAGMA("MUST_ITERATE(19, 19)")
+            for (int i = 0; i < (TWO_STAGE_FOLLOWER_INTERVALS - 1); i++) {
                 self->queue[i] = self->queue[i + 1];
             }
             self->waiting = self->waiting - 1;
@@ -193,6 +206,7 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
         two_stage_follower_plan_feed(self, (sg_real)self->current, (sg_real)following);
         out->interval_points = self->current;
     }
+    /*@ merge status; */
     return status;
 }
 
@@ -212,9 +226,12 @@ void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step
         out->command_x = sg_clamp(reference - taken, -two_stage_follower_limit_x, two_stage_follower_limit_x);
         sg_matvec(TWO_STAGE_FOLLOWER_ORDER, TWO_STAGE_FOLLOWER_ORDER, two_stage_follower_model_x, self->state_x,
                   self->scratch_x);
+        /* a stable model of a machine within its limits; it stays finite however long it runs alone */
+        SG_PRAGMA("MUST_ITERATE(3, 3)")
         for (int i = 0; i < TWO_STAGE_FOLLOWER_ORDER; i++) {
             self->state_x[i] =
-                self->scratch_x[i] + (two_stage_follower_input_x[i] * self->command_x);
+                sg_bound(self->scratch_x[i] + (two_stage_follower_input_x[i] * self->command_x),
+                         -two_stage_follower_bound_x[i], two_stage_follower_bound_x[i]);
         }
     }
     {
@@ -225,14 +242,19 @@ void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step
         out->command_y = sg_clamp(reference - taken, -two_stage_follower_limit_y, two_stage_follower_limit_y);
         sg_matvec(TWO_STAGE_FOLLOWER_ORDER, TWO_STAGE_FOLLOWER_ORDER, two_stage_follower_model_y, self->state_y,
                   self->scratch_y);
+        /* a stable model of a machine within its limits; it stays finite however long it runs alone */
+        SG_PRAGMA("MUST_ITERATE(3, 3)")
         for (int i = 0; i < TWO_STAGE_FOLLOWER_ORDER; i++) {
             self->state_y[i] =
-                self->scratch_y[i] + (two_stage_follower_input_y[i] * self->command_y);
+                sg_bound(self->scratch_y[i] + (two_stage_follower_input_y[i] * self->command_y),
+                         -two_stage_follower_bound_y[i], two_stage_follower_bound_y[i]);
         }
     }
     out->along = self->along;
     if (self->done < TWO_STAGE_FOLLOWER_POINTS) {
-        self->along = sg_min(self->along + two_stage_follower_rate(self), (sg_real)self->current);
+        /* never backwards: the feed is planned between 0 and 1 at both ends and in the middle */
+        self->along = sg_min(sg_bound_below(self->along + two_stage_follower_rate(self), (sg_real)0),
+                             (sg_real)self->current);
         self->done = self->done + 1;
     }
     if (self->done == TWO_STAGE_FOLLOWER_POINTS) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 /* Fast stage commands (22)-(23) and the feed along the points */
 #ifndef TWO_STAGE_FOLLOWER_H
 #define TWO_STAGE_FOLLOWER_H
@@ -47,8 +47,8 @@ typedef struct {
 } two_stage_follower_reset_in;
 
 typedef struct {
-    two_stage_real points_x[150]; /* m [-0.4 .. 0.4]: the next points of the path, x; those beyond n_points are not read */
-    two_stage_real points_y[150]; /* m [-0.4 .. 0.4]: the next points of the path, y; those beyond n_points are not read */
+    two_stage_real points_x[150]; /* m [-0.4 .. 0.4]: the next points of the path, x; in range, as zero is, beyond n_points too */
+    two_stage_real points_y[150]; /* m [-0.4 .. 0.4]: the next points of the path, y; in range, as zero is, beyond n_points too */
     int32_t n_points; /* 1 [0 .. 150]: valid points */
 } two_stage_follower_push_in;
 
@@ -64,19 +64,19 @@ typedef struct {
 } two_stage_follower_begin_in;
 
 typedef struct {
-    int32_t interval_points; /* 1: its points */
+    int32_t interval_points; /* 1 [0 .. 150]: its points */
 } two_stage_follower_begin_out;
 
 typedef struct {
-    int32_t points; /* 1: at most M */
+    int32_t points; /* 1 [0 .. 150]: at most M */
 } two_stage_follower_room_out;
 
 typedef struct {
-    two_stage_real command_x; /* m: fast stage command */
-    two_stage_real command_y; /* m: fast stage command */
-    two_stage_real reference_x; /* m: r_f of (22), where the tool should be */
-    two_stage_real reference_y; /* m: r_f of (22), where the tool should be */
-    two_stage_real along; /* 1: points of the interval behind that point */
+    two_stage_real command_x; /* m [-0.042 .. 0.042]: fast stage command */
+    two_stage_real command_y; /* m [-0.042 .. 0.042]: fast stage command */
+    two_stage_real reference_x; /* m [-0.4 .. 0.4]: r_f of (22), where the tool should be */
+    two_stage_real reference_y; /* m [-0.4 .. 0.4]: r_f of (22), where the tool should be */
+    two_stage_real along; /* 1 [0.0 .. 150.0]: points of the interval behind that point */
 } two_stage_follower_step_out;
 
 /* Before anything else: clears the state. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 /* Constant tables of two_stage_follower; included by two_stage_follower.c only. */
 #ifndef TWO_STAGE_FOLLOWER_TABLES_H
 #define TWO_STAGE_FOLLOWER_TABLES_H
@@ -26,6 +26,7 @@ static const sg_real two_stage_follower_direct_y = 1.2709992392075466e-05;
 static const sg_real two_stage_follower_limit_y = 0.042;
 
 /* x: slow stage at T_f, transposed; 3 x 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_model_x, 8)")
 static const sg_real two_stage_follower_model_x[9] = {
     0.9999998791544491, -0.001809419261213504, -18.028994859213487, 0.0001999935488551391,
     0.999903376793851, -0.9633558117525997, 1.985645279795341e-08, 0.00019784905195296013,
@@ -33,16 +34,25 @@ static const sg_real two_stage_follower_model_x[9] = {
 };
 
 /* x: slow stage at T_f, input; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_input_x, 8)")
 static const sg_real two_stage_follower_input_x[3] = {
     1.2084555093542547e-07, 0.001809419261213504, 18.028994859213487
 };
 
 /* x: compensation on the state; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_row_x, 8)")
 static const sg_real two_stage_follower_row_x[3] = {
     0.9999872900076079, 0.0011659877729578866, 5.706222013856438e-07
 };
 
+/* x: model's state; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_bound_x, 8)")
+static const sg_real two_stage_follower_bound_x[3] = {
+    0.6000000000000001, 2.8, 58.84
+};
+
 /* y: slow stage at T_f, transposed; 3 x 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_model_y, 8)")
 static const sg_real two_stage_follower_model_y[9] = {
     0.9999998791544491, -0.001809419261213504, -18.028994859213487, 0.0001999935488551391,
     0.999903376793851, -0.9633558117525997, 1.985645279795341e-08, 0.00019784905195296013,
@@ -50,13 +60,21 @@ static const sg_real two_stage_follower_model_y[9] = {
 };
 
 /* y: slow stage at T_f, input; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_input_y, 8)")
 static const sg_real two_stage_follower_input_y[3] = {
     1.2084555093542547e-07, 0.001809419261213504, 18.028994859213487
 };
 
 /* y: compensation on the state; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_row_y, 8)")
 static const sg_real two_stage_follower_row_y[3] = {
     0.9999872900076079, 0.0011659877729578866, 5.706222013856438e-07
+};
+
+/* y: model's state; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_follower_bound_y, 8)")
+static const sg_real two_stage_follower_bound_y[3] = {
+    0.6000000000000001, 2.8, 58.84
 };
 
 #endif

@@ -1,15 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from governor.c.jinja; not to be edited.
- * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
+ * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
  *
  * Spatial reference governor (14)-(15), both axes
+ *
+ * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
+ * of C objects on the stack. Constant tables of this file: 408 bytes.
+ *
+ * worst case of one call   add mul div  cmp other load store stack
+ * two_stage_governor_init    0   0   0    0     0    0   604    24
+ * two_stage_governor_step 1928 396   0 3704   632 5403   742   404
  */
 #include "two_stage_governor.h"
-
-typedef two_stage_real sg_real;
-#define SG_REAL_MAX 1.7976931348623157e+308
-#include "sg_kernels.h"
+#include "two_stage_scalar.h"
 #include "two_stage_governor_tables.h"
 
 /* What a state allows on one axis; positions and references relative to the position. */
@@ -22,13 +26,15 @@ typedef struct {
 } two_stage_governor_axis;
 
 /* (13) for a given state leaves an interval of references; `keep` is the share of the bounds. */
-static void two_stage_governor_section(int pairs, const sg_real *rows, const sg_real *shift,
-                            const sg_real *bound, sg_real origin, const sg_real *rest, sg_real keep,
-                            sg_real *centre, two_stage_governor_axis *axis)
+static void two_stage_governor_section(int pairs, const sg_real *restrict rows, const sg_real *restrict shift,
+                            const sg_real *restrict bound, sg_real origin,
+                            const sg_real *restrict rest, sg_real keep, sg_real *restrict centre,
+                            two_stage_governor_axis *restrict axis)
 {
     sg_matvec(pairs, TWO_STAGE_GOVERNOR_ORDER - 1, rows, rest, centre);
     axis->least = -SG_REAL_MAX;
     axis->greatest = SG_REAL_MAX;
+    SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < pairs; i++) {
         const sg_real middle = centre[i] + (shift[i] * origin);
         const sg_real half = bound[i] * keep;
@@ -102,12 +108,14 @@ static int32_t two_stage_governor_search(const two_stage_governor_t *self, const
     int32_t taken = -1;
     two_stage_governor_axis_x(in, keep, &x);
     two_stage_governor_axis_y(in, keep, &y);
+    SG_PRAGMA("MUST_ITERATE(1, 151)")
     for (int back = 0; back < TWO_STAGE_GOVERNOR_CHOICES; back++) {
         const int32_t eta = TWO_STAGE_GOVERNOR_POINTS - back;
         int32_t allowed = (eta <= n_points) ? 1 : 0;
         if (allowed == 1) {
-            const sg_real here_x = (eta == 0) ? in->last_x : in->points_x[(eta == 0) ? 0 : (eta - 1)];
-            const sg_real here_y = (eta == 0) ? in->last_y : in->points_y[(eta == 0) ? 0 : (eta - 1)];
+            const int32_t last = (eta == 0) ? 0 : (eta - 1);
+            const sg_real here_x = (eta == 0) ? in->last_x : in->points_x[last];
+            const sg_real here_y = (eta == 0) ? in->last_y : in->points_y[last];
             allowed = two_stage_governor_axis_allows(&x, in->x_position, here_x, self->least_x[eta],
                                           self->greatest_x[eta]);
             if (allowed == 1) {
@@ -128,9 +136,12 @@ static int32_t two_stage_governor_search(const two_stage_governor_t *self, const
 static void two_stage_governor_extremes(two_stage_governor_t *self, const two_stage_governor_step_in *in, int32_t n_points)
 {
     self->least_x[0] = sg_clamp(in->last_x, -two_stage_governor_limit_x, two_stage_governor_limit_x);
+    /*@ admit !\is_NaN(self->least_x[0]); */
     self->greatest_x[0] = self->least_x[0];
     self->least_y[0] = sg_clamp(in->last_y, -two_stage_governor_limit_y, two_stage_governor_limit_y);
+    /*@ admit !\is_NaN(self->least_y[0]); */
     self->greatest_y[0] = self->least_y[0];
+    SG_PRAGMA("MUST_ITERATE(150, 150)")
     for (int i = 0; i < TWO_STAGE_GOVERNOR_POINTS; i++) {
         if (i < n_points) {
             self->least_x[i + 1] = sg_min(self->least_x[i], in->points_x[i]);
@@ -153,6 +164,7 @@ sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_go
 {
     sg_status status = SG_OK;
     int32_t taken = 0;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->x_position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->x_velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->x_acceleration, -58.84, 58.84));
@@ -161,10 +173,8 @@ sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_go
     status = sg_worse(status, sg_check(in->y_acceleration, -58.84, 58.84));
     status = sg_worse(status, sg_check(in->last_x, -0.4, 0.4));
     status = sg_worse(status, sg_check(in->last_y, -0.4, 0.4));
-    status = sg_worse(status, sg_check_array(150, in->n_points, in->points_x, -0.4,
-                                             0.4));
-    status = sg_worse(status, sg_check_array(150, in->n_points, in->points_y, -0.4,
-                                             0.4));
+    status = sg_worse(status, sg_check_array(150, in->points_x, -0.4, 0.4));
+    status = sg_worse(status, sg_check_array(150, in->points_y, -0.4, 0.4));
     if (in->n_points < 0) {
         status = sg_worse(status, SG_OUT_OF_RANGE);
     }
@@ -181,12 +191,14 @@ sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_go
             taken = 0;
         }
     }
+    const int32_t last = (taken == 0) ? 0 : (taken - 1);
     out->points_taken = taken;
-    out->reference_x = (taken == 0) ? self->least_x[0] : in->points_x[(taken == 0) ? 0 : (taken - 1)];
+    out->reference_x = (taken == 0) ? self->least_x[0] : in->points_x[last];
     out->low_x = self->least_x[taken];
     out->high_x = self->greatest_x[taken];
-    out->reference_y = (taken == 0) ? self->least_y[0] : in->points_y[(taken == 0) ? 0 : (taken - 1)];
+    out->reference_y = (taken == 0) ? self->least_y[0] : in->points_y[last];
     out->low_y = self->least_y[taken];
     out->high_y = self->greatest_y[taken];
+    /*@ merge status; */
     return status;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 /* Spatial reference governor (14)-(15), both axes */
 #ifndef TWO_STAGE_GOVERNOR_H
 #define TWO_STAGE_GOVERNOR_H
@@ -35,19 +35,19 @@ typedef struct {
     two_stage_real y_acceleration; /* m/s^2 [-58.84 .. 58.84]: slow stage acceleration */
     two_stage_real last_x; /* m [-0.4 .. 0.4]: last point taken */
     two_stage_real last_y; /* m [-0.4 .. 0.4]: last point taken */
-    two_stage_real points_x[150]; /* m [-0.4 .. 0.4]: the next points of the path, x; those beyond n_points are not read */
-    two_stage_real points_y[150]; /* m [-0.4 .. 0.4]: the next points of the path, y; those beyond n_points are not read */
+    two_stage_real points_x[150]; /* m [-0.4 .. 0.4]: the next points of the path, x; in range, as zero is, beyond n_points too */
+    two_stage_real points_y[150]; /* m [-0.4 .. 0.4]: the next points of the path, y; in range, as zero is, beyond n_points too */
     int32_t n_points; /* 1 [0 .. 150]: valid points */
 } two_stage_governor_step_in;
 
 typedef struct {
-    int32_t points_taken; /* 1: eta of (14) */
-    two_stage_real reference_x; /* m: r of (15b) */
-    two_stage_real low_x; /* m: least coordinate among the points of the interval */
-    two_stage_real high_x; /* m: greatest coordinate among them */
-    two_stage_real reference_y; /* m: r of (15b) */
-    two_stage_real low_y; /* m: least coordinate among the points of the interval */
-    two_stage_real high_y; /* m: greatest coordinate among them */
+    int32_t points_taken; /* 1 [0 .. 150]: eta of (14) */
+    two_stage_real reference_x; /* m [-0.4 .. 0.4]: r of (15b) */
+    two_stage_real low_x; /* m [-0.4 .. 0.4]: least coordinate among the points of the interval */
+    two_stage_real high_x; /* m [-0.4 .. 0.4]: greatest coordinate among them */
+    two_stage_real reference_y; /* m [-0.4 .. 0.4]: r of (15b) */
+    two_stage_real low_y; /* m [-0.4 .. 0.4]: least coordinate among the points of the interval */
+    two_stage_real high_y; /* m [-0.4 .. 0.4]: greatest coordinate among them */
 } two_stage_governor_step_out;
 
 /* Before anything else: clears the state. */

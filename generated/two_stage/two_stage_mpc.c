@@ -1,34 +1,52 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from mpc.c.jinja; not to be edited.
- * Design 1a5e21d87e2a23b7cbf41b7753f1d76dfe3e6194ee2173543c0596009a0afb1e.
+ * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
  *
  * Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1
+ *
+ * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
+ * of C objects on the stack. Constant tables of this file: 59904 bytes.
+ *
+ * worst case of one call                       add    mul   div   cmp other    load  store stack
+ * two_stage_mpc_init                             0      0     0     0     0       0    923    24
+ * two_stage_mpc_reset                            0      0     0     4     0     128    150    48
+ * two_stage_mpc_seed                             0      0     0     4     0      21     20    48
+ * two_stage_mpc_candidate                      228    228     0    12     0     598    348   196
+ * two_stage_mpc_step                        791081 736509 14478 97067 19491 1127642 263610   436
+ *   fixed part                                6875   6225     0   851   111    9758   3348
+ *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   6879   6406   127   844   170    9806   2283
+ * two_stage_mpc_hold                            12     12     0    50    23     145     85   184
  */
 #include "two_stage_mpc.h"
-
-typedef two_stage_real sg_real;
-#define SG_REAL_MAX 1.7976931348623157e+308
-#include "sg_kernels.h"
+#include "two_stage_scalar.h"
 #include "sg_pqp.h"
 #include "two_stage_mpc_tables.h"
 
 /* x+ = A x + B u (11); `next` must not be `state`. */
-static void two_stage_mpc_advance(const sg_real *state, sg_real command, sg_real *next)
+static void two_stage_mpc_advance(const sg_real *restrict state, sg_real command, sg_real *restrict next)
 {
     sg_matvec(TWO_STAGE_MPC_ORDER, TWO_STAGE_MPC_ORDER, two_stage_mpc_a_columns, state, next);
+    SG_PRAGMA("MUST_ITERATE(3, 3)")
     for (int i = 0; i < TWO_STAGE_MPC_ORDER; i++) {
         next[i] += two_stage_mpc_b[i] * command;
     }
 }
 
-/* Take self->scratch_plan as the plan from `state` on. */
+/*
+ * Take self->scratch_plan as the plan from `state` on. The state expected keeps to the declared range
+ * of a measured one: a caller may go on without measurements for as long as she likes.
+ */
 static void two_stage_mpc_accept(two_stage_mpc_t *self, const sg_real *state)
 {
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
         self->plan[i] = sg_clamp(self->scratch_plan[i], -two_stage_mpc_command_limit, two_stage_mpc_command_limit);
     }
     two_stage_mpc_advance(state, self->plan[0], self->predicted);
+    for (int i = 0; i < TWO_STAGE_MPC_ORDER; i++) {
+        self->predicted[i] = sg_bound(self->predicted[i], -two_stage_mpc_bound[i], two_stage_mpc_bound[i]);
+    }
 }
 
 /* Corollary 1: the last plan one step on, ending in the newest reference. */
@@ -47,9 +65,11 @@ static void two_stage_mpc_cold_duals(two_stage_mpc_t *self)
 /* Duals of the last program one step on; the last step repeats, terminal rows keep theirs. */
 static void two_stage_mpc_shift_duals(sg_real *y)
 {
-    for (int i = 0; i < TWO_STAGE_MPC_ROWS - TWO_STAGE_MPC_TERMINAL_ROWS - TWO_STAGE_MPC_ROWS_PER_STEP; i++) {
+    SG_PRAGMA("MUST_ITERATE(57, 57)")
+    for (int i = 0; i < (TWO_STAGE_MPC_ROWS - TWO_STAGE_MPC_TERMINAL_ROWS - TWO_STAGE_MPC_ROWS_PER_STEP); i++) {
         y[i] = y[i + TWO_STAGE_MPC_ROWS_PER_STEP];
     }
+    SG_PRAGMA("MUST_ITERATE(63, 63)")
     for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
         y[i] = sg_max(y[i], two_stage_mpc_floor[i]);
     }
@@ -60,6 +80,7 @@ static void two_stage_mpc_bounds(two_stage_mpc_t *self, sg_real origin, const tw
 {
     sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)1 - two_stage_mpc_margin, self->above);
     sg_fill(TWO_STAGE_MPC_ROWS, -((sg_real)1 - two_stage_mpc_margin), self->below);
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int k = 0; k < TWO_STAGE_MPC_HORIZON; k++) {
         self->above[k * TWO_STAGE_MPC_ROWS_PER_STEP] =
             ((in->high[k] - origin) * two_stage_mpc_position_scale) - two_stage_mpc_margin;
@@ -68,6 +89,7 @@ static void two_stage_mpc_bounds(two_stage_mpc_t *self, sg_real origin, const tw
     }
     const int first = TWO_STAGE_MPC_ROWS - TWO_STAGE_MPC_TERMINAL_ROWS;
     const sg_real last = self->relative[TWO_STAGE_MPC_HORIZON];
+    SG_PRAGMA("MUST_ITERATE(3, 3)")
     for (int i = 0; i < TWO_STAGE_MPC_TERMINAL_ROWS; i++) {
         const sg_real centre =
             (two_stage_mpc_terminal_reference[i] * last) + (two_stage_mpc_terminal_position[i] * origin);
@@ -88,10 +110,12 @@ static void two_stage_mpc_rows(two_stage_mpc_t *self, const sg_real *plan, const
 static sg_status two_stage_mpc_judge(two_stage_mpc_t *self, sg_real origin, const sg_real *rest)
 {
     sg_status status = SG_BACKUP;
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
         self->correction[i] = self->scratch_plan[i] - origin;
     }
     two_stage_mpc_rows(self, self->correction, rest);
+    SG_PRAGMA("MUST_ITERATE(63, 63)")
     for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
         if (self->rows[i] > (self->above[i] + two_stage_mpc_margin)) {
             status = SG_INFEASIBLE;
@@ -111,6 +135,7 @@ static sg_status two_stage_mpc_solve(two_stage_mpc_t *self, int32_t *iterations)
     int32_t turn = 0;
     two_stage_mpc_shift_duals(self->upper);
     two_stage_mpc_shift_duals(self->lower);
+    SG_PRAGMA("MUST_ITERATE(1, 114)")
     for (int k = 0; k < TWO_STAGE_MPC_ITERATION_CAP; k++) {
         sg_pqp_evaluate(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_HORIZON, two_stage_mpc_inverse_columns, two_stage_mpc_rows_columns,
                         self->upper, self->lower, self->slack_upper, self->slack_lower,
@@ -120,22 +145,26 @@ static sg_status two_stage_mpc_solve(two_stage_mpc_t *self, int32_t *iterations)
         if (status == SG_SUBOPTIMAL) {
             status = (seen.gap <= two_stage_mpc_gap_limit) ? SG_OK : SG_SUBOPTIMAL;
         }
-        if (status == SG_OK) {
-            break;
+        int32_t stop = (status == SG_OK) ? 1 : 0;
+        if (k == (TWO_STAGE_MPC_ITERATION_CAP - 1)) {
+            stop = 1; /* the duals of the last iterate stay as they are */
         }
-        if (k == TWO_STAGE_MPC_ITERATION_CAP - 1) {
+        if (stop == 1) {
             break;
         }
         int32_t kind = 0;
         if (turn == 0) {
             kind = (status == SG_BACKUP) ? 1 : 0;
         }
-        kind = (turn == TWO_STAGE_MPC_PERIOD - 1) ? 2 : kind;
+        kind = (turn == (TWO_STAGE_MPC_PERIOD - 1)) ? 2 : kind;
         if (kind == 1) {
-            sg_pqp_coordinate(two_stage_mpc_inverse_diagonal, two_stage_mpc_ceiling, &seen, self->upper, self->lower);
+            /*@ split seen.row; */
+            sg_pqp_coordinate(two_stage_mpc_inverse_diagonal, two_stage_mpc_vanish, two_stage_mpc_ceiling, &seen, self->upper,
+                              self->lower);
         } else if (kind == 2) {
             sg_pqp_extrapolate(TWO_STAGE_MPC_ROWS, two_stage_mpc_diagonal, two_stage_mpc_vanish, two_stage_mpc_ceiling,
-                               two_stage_mpc_clamp, two_stage_mpc_room, two_stage_mpc_weight, self->slack_upper,
+                               two_stage_mpc_clamp, two_stage_mpc_room, two_stage_mpc_weight, two_stage_mpc_least_step,
+                               two_stage_mpc_least_curvature, two_stage_mpc_longest, self->slack_upper,
                                self->slack_lower, self->change, self->upper, self->lower,
                                self->last_upper, self->last_lower, self->last_change);
         } else {
@@ -144,7 +173,8 @@ static sg_status two_stage_mpc_solve(two_stage_mpc_t *self, int32_t *iterations)
                             self->scratch, self->absolute_sum, self->upper, self->lower,
                             self->last_upper, self->last_lower, self->last_change);
         }
-        turn = (turn == TWO_STAGE_MPC_PERIOD - 1) ? 0 : (turn + 1);
+        /*@ merge seen.row; */
+        turn = (turn == (TWO_STAGE_MPC_PERIOD - 1)) ? 0 : (turn + 1);
     }
     return status;
 }
@@ -154,6 +184,7 @@ static int32_t two_stage_mpc_unconstrained(two_stage_mpc_t *self, sg_real origin
                                      const two_stage_mpc_step_in *in)
 {
     int32_t inside = 1;
+    SG_PRAGMA("MUST_ITERATE(21, 21)")
     for (int i = 0; i < TWO_STAGE_MPC_REFERENCES; i++) {
         self->relative[i] = in->reference[i] - origin;
     }
@@ -163,6 +194,7 @@ static int32_t two_stage_mpc_unconstrained(two_stage_mpc_t *self, sg_real origin
     sg_add(TWO_STAGE_MPC_HORIZON, self->correction, self->free_plan);
     two_stage_mpc_rows(self, self->free_plan, rest);
     two_stage_mpc_bounds(self, origin, in);
+    SG_PRAGMA("MUST_ITERATE(63, 63)")
     for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
         self->slack_upper[i] = self->above[i] - self->rows[i];
         self->slack_lower[i] = self->rows[i] - self->below[i];
@@ -203,6 +235,7 @@ void two_stage_mpc_init(two_stage_mpc_t *self)
 sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_in *in)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
     self->ready = (status == SG_OK) ? 1 : 0;
     const sg_real where = (status == SG_OK) ? in->position : (sg_real)0;
@@ -210,15 +243,18 @@ sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_i
     sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, self->predicted);
     self->predicted[0] = where;
     two_stage_mpc_cold_duals(self);
+    /*@ merge status; */
     return status;
 }
 
 sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in *in)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->command, -0.6000000000000001, 0.6000000000000001));
     const sg_real command = (status == SG_OK) ? in->command : self->plan[TWO_STAGE_MPC_HORIZON - 1];
     sg_shift(TWO_STAGE_MPC_HORIZON, self->plan, command);
+    /*@ merge status; */
     return status;
 }
 
@@ -227,12 +263,14 @@ sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_m
     sg_real state[TWO_STAGE_MPC_ORDER];
     sg_real next[TWO_STAGE_MPC_ORDER];
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->acceleration, -58.84, 58.84));
     state[0] = (status == SG_OK) ? in->position : self->predicted[0];
     state[1] = (status == SG_OK) ? in->velocity : self->predicted[1];
     state[2] = (status == SG_OK) ? in->acceleration : self->predicted[2];
+    SG_PRAGMA("MUST_ITERATE(19, 19)")
     for (int k = 1; k < TWO_STAGE_MPC_HORIZON; k++) {
         two_stage_mpc_advance(state, self->plan[k], next);
         sg_copy(TWO_STAGE_MPC_ORDER, next, state);
@@ -240,6 +278,7 @@ sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_m
     out->position = state[0];
     out->velocity = state[1];
     out->acceleration = state[2];
+    /*@ merge status; */
     return status;
 }
 
@@ -247,6 +286,7 @@ sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in 
 {
     sg_real state[TWO_STAGE_MPC_ORDER];
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->reference, -0.4, 0.4));
     sg_copy(TWO_STAGE_MPC_ORDER, self->predicted, state);
     two_stage_mpc_shift_plan(self, (status == SG_OK) ? in->reference : self->plan[TWO_STAGE_MPC_HORIZON - 1]);
@@ -255,6 +295,7 @@ sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in 
     out->position = state[0];
     out->velocity = state[1];
     out->acceleration = state[2];
+    /*@ merge status; */
     return status;
 }
 
@@ -277,6 +318,7 @@ static sg_status two_stage_mpc_optimise(two_stage_mpc_t *self, const two_stage_m
         two_stage_mpc_shift_plan(self, in->reference[TWO_STAGE_MPC_HORIZON]);
         status = two_stage_mpc_judge(self, origin, &state[1]);
     } else {
+        SG_PRAGMA("MUST_ITERATE(20, 20)")
         for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
             self->scratch_plan[i] = (self->free_plan[i] - self->correction[i]) + origin;
         }
@@ -288,15 +330,13 @@ static sg_status two_stage_mpc_optimise(two_stage_mpc_t *self, const two_stage_m
 sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in *in, two_stage_mpc_step_out *out)
 {
     sg_status status = SG_OK;
+    /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->position, -0.6000000000000001, 0.6000000000000001));
     status = sg_worse(status, sg_check(in->velocity, -2.8, 2.8));
     status = sg_worse(status, sg_check(in->acceleration, -58.84, 58.84));
-    status = sg_worse(status, sg_check_array(21, 21, in->reference, -0.4,
-                                             0.4));
-    status = sg_worse(status, sg_check_array(20, 20, in->low, -0.6000000000000001,
-                                             0.6000000000000001));
-    status = sg_worse(status, sg_check_array(20, 20, in->high, -0.6000000000000001,
-                                             0.6000000000000001));
+    status = sg_worse(status, sg_check_array(21, in->reference, -0.4, 0.4));
+    status = sg_worse(status, sg_check_array(20, in->low, -0.6000000000000001, 0.6000000000000001));
+    status = sg_worse(status, sg_check_array(20, in->high, -0.6000000000000001, 0.6000000000000001));
     int32_t iterations = 0;
     if (self->ready == 0) {
         status = SG_NOT_READY;
@@ -310,5 +350,6 @@ sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in 
     }
     out->command = self->plan[0];
     out->iterations = iterations;
+    /*@ merge status; */
     return status;
 }

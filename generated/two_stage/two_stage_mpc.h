@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 /* Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1 */
 #ifndef TWO_STAGE_MPC_H
 #define TWO_STAGE_MPC_H
@@ -17,7 +17,7 @@ enum {
     TWO_STAGE_MPC_ROWS = 63, /* two-sided rows of (19b) */
     TWO_STAGE_MPC_ROWS_PER_STEP = 3, /* position, velocity, ... */
     TWO_STAGE_MPC_TERMINAL_ROWS = 3, /* of (16g), not implied */
-    TWO_STAGE_MPC_ITERATION_CAP = 116, /* iterations of (20) at the most */
+    TWO_STAGE_MPC_ITERATION_CAP = 114, /* iterations of (20) at the most */
     TWO_STAGE_MPC_PERIOD = 6 /* turns of an acceleration cycle */
 };
 
@@ -79,12 +79,12 @@ typedef struct {
 } two_stage_mpc_candidate_out;
 
 typedef struct {
-    two_stage_real command; /* m: slow stage position command for this period */
-    int32_t iterations; /* 1: iterates evaluated; 0: none needed */
+    two_stage_real command; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command for this period */
+    int32_t iterations; /* 1 [0 .. 114]: iterates evaluated; 0: none needed */
 } two_stage_mpc_step_out;
 
 typedef struct {
-    two_stage_real command; /* m: slow stage position command for this period */
+    two_stage_real command; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command for this period */
     two_stage_real position; /* m: slow stage position */
     two_stage_real velocity; /* m/s: slow stage velocity */
     two_stage_real acceleration; /* m/s^2: slow stage acceleration */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 /* Constant tables of two_stage_mpc; included by two_stage_mpc.c only. */
 #ifndef TWO_STAGE_MPC_TABLES_H
 #define TWO_STAGE_MPC_TABLES_H
@@ -18,10 +18,17 @@ static const sg_real two_stage_mpc_gap_limit = 0.00024040068749786963;
 static const sg_real two_stage_mpc_clamp = 0.05;
 /* share it may take */
 static const sg_real two_stage_mpc_room = 0.95;
+/* less than any two duals differ */
+static const sg_real two_stage_mpc_least_step = 2.050752893633229e-31;
+/* of a line search */
+static const sg_real two_stage_mpc_least_curvature = 1.4916681462400413e-154;
+/* line search */
+static const sg_real two_stage_mpc_longest = 1.3407807929942596e+154;
 /* share of the largest dual that counts */
 static const sg_real two_stage_mpc_weight = 0.01;
 
 /* A of (11), transposed; 3 x 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_a_columns, 8)")
 static const sg_real two_stage_mpc_a_columns[9] = {
     0.8208794722075057, -12.8825973381518, -325.71577110870527, 0.018842647831320707,
     0.13380761417274323, -30.254105130616082, 0.00014137281029521863, 0.003574384319437096,
@@ -29,11 +36,19 @@ static const sg_real two_stage_mpc_a_columns[9] = {
 };
 
 /* B of (11); 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_b, 8)")
 static const sg_real two_stage_mpc_b[3] = {
     0.17912052779249438, 12.8825973381518, 325.71577110870527
 };
 
+/* largest state expected; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_bound, 8)")
+static const sg_real two_stage_mpc_bound[3] = {
+    0.6000000000000001, 2.8, 58.84
+};
+
 /* z_unc on (v, a, ...), transposed; 2 x 20 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_plan_state, 8)")
 static const sg_real two_stage_mpc_plan_state[40] = {
     0.04651234038746053, 0.05492171678067067, 0.056848838050745934, 0.056074757241177706,
     0.053659137904081125, 0.05028983881865169, 0.04640923682228458, 0.042297942611500765,
@@ -49,6 +64,7 @@ static const sg_real two_stage_mpc_plan_state[40] = {
 };
 
 /* z_unc on r - p, transposed; 21 x 20 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_plan_reference, 8)")
 static const sg_real two_stage_mpc_plan_reference[420] = {
     0.000766257141535547, 0.000663636377943065, 0.0007832831137705402, 0.0007984186871367203,
     0.0007795854140657587, 0.0007402705032183781, 0.0006892089742453815, 0.0006320010380774927,
@@ -158,6 +174,7 @@ static const sg_real two_stage_mpc_plan_reference[420] = {
 };
 
 /* rows on (v, a, ...), transposed; 2 x 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_rows_state, 8)")
 static const sg_real two_stage_mpc_rows_state[126] = {
     0.538361366609163, 0.19115373453249035, -2.056703271965743, 0.3917635626425855,
     -0.47568223737482535, -0.1736715521046375, 0.13200937111773384, -0.3290415312025184,
@@ -201,6 +218,7 @@ static const sg_real two_stage_mpc_rows_state[126] = {
 };
 
 /* rows on the commands, transposed; 20 x 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_rows_columns, 8)")
 static const sg_real two_stage_mpc_rows_columns[1260] = {
     5.117729365499839, 18.403710483074, 22.142472543079894, 12.452170372298527,
     0.8292647492322996, -36.046756360833804, 8.392452782217978, -10.617437724060117,
@@ -418,6 +436,7 @@ static const sg_real two_stage_mpc_rows_columns[1260] = {
 };
 
 /* H^-1 A', transposed; 63 x 20 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_inverse_columns, 8)")
 static const sg_real two_stage_mpc_inverse_columns[1260] = {
     0.002401916713290767, 0.0020802407198905687, 0.002455286483116733, 0.002502730591188096,
     0.002443695639468807, 0.0023204587567995975, 0.0021604008164577367, 0.0019810762913522848,
@@ -748,6 +767,7 @@ static const sg_real two_stage_mpc_inverse_columns[1260] = {
 };
 
 /* |D|, D = A H^-1 A'; 63 x 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_absolute, 8)")
 static const sg_real two_stage_mpc_absolute[3969] = {
     0.012292359697093016, 0.044204179795859944, 0.05318437487480552, 0.04055518515346043,
     0.040275972804891404, 0.040519633539833316, 0.05862697619794459, 0.021409250765464308,
@@ -1745,6 +1765,7 @@ static const sg_real two_stage_mpc_absolute[3969] = {
 };
 
 /* D_ii; 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_diagonal, 8)")
 static const sg_real two_stage_mpc_diagonal[63] = {
     0.012292359697093016, 0.15896130275839634, 0.2301086040862249, 0.14607281848256523,
     0.2906674187219489, 0.3633006550262018, 0.42530046661618737, 0.3269086580378529,
@@ -1765,6 +1786,7 @@ static const sg_real two_stage_mpc_diagonal[63] = {
 };
 
 /* 1 / D_ii; 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_inverse_diagonal, 8)")
 static const sg_real two_stage_mpc_inverse_diagonal[63] = {
     81.35134544073641, 6.290839233495021, 4.345774048610916, 6.845900629481978,
     3.440358071079839, 2.7525411423436013, 2.351278868693202, 3.0589584442398268,
@@ -1785,6 +1807,7 @@ static const sg_real two_stage_mpc_inverse_diagonal[63] = {
 };
 
 /* phi D_ii of (20); 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_phi_diagonal, 8)")
 static const sg_real two_stage_mpc_phi_diagonal[63] = {
     0.0012292359697093018, 0.015896130275839634, 0.02301086040862249, 0.014607281848256524,
     0.029066741872194893, 0.03633006550262018, 0.04253004666161874, 0.032690865803785295,
@@ -1805,6 +1828,7 @@ static const sg_real two_stage_mpc_phi_diagonal[63] = {
 };
 
 /* smallest dual of a warm start; 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_floor, 8)")
 static const sg_real two_stage_mpc_floor[63] = {
     0.0008135134544073643, 6.290839233495021e-05, 4.3457740486109164e-05, 6.845900629481978e-05,
     3.440358071079839e-05, 2.752541142343601e-05, 2.3512788686932024e-05, 3.058958444239827e-05,
@@ -1828,6 +1852,7 @@ static const sg_real two_stage_mpc_floor[63] = {
 };
 
 /* smallest dual; 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_vanish, 8)")
 static const sg_real two_stage_mpc_vanish[63] = {
     8.135134544073641e-13, 6.290839233495021e-14, 4.345774048610916e-14, 6.845900629481978e-14,
     3.440358071079839e-14, 2.752541142343601e-14, 2.3512788686932022e-14, 3.058958444239827e-14,
@@ -1851,6 +1876,7 @@ static const sg_real two_stage_mpc_vanish[63] = {
 };
 
 /* largest dual; 63 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_ceiling, 8)")
 static const sg_real two_stage_mpc_ceiling[63] = {
     81351345.44073641, 6290839.233495021, 4345774.048610916, 6845900.629481978,
     3440358.071079839, 2752541.142343601, 2351278.8686932023, 3058958.4442398264,
@@ -1871,16 +1897,19 @@ static const sg_real two_stage_mpc_ceiling[63] = {
 };
 
 /* (16g) on r_N - p; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_terminal_reference, 8)")
 static const sg_real two_stage_mpc_terminal_reference[3] = {
     0.4478013194812358, 22.142472543079897, 1.5373662270573565
 };
 
 /* (16g) on p; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_terminal_position, 8)")
 static const sg_real two_stage_mpc_terminal_position[3] = {
     2.5, 0.0, 2.5
 };
 
 /* (16g), right-hand side; 3 */
+SG_PRAGMA("DATA_ALIGN(two_stage_mpc_terminal_bound, 8)")
 static const sg_real two_stage_mpc_terminal_bound[3] = {
     1.0, 1.0, 1.0
 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from types.h.jinja; not to be edited. Design 1a5e21d87e2a23b7. */
+/* Made by servogen 0.1.0 from types.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
 #ifndef TWO_STAGE_TYPES_H
 #define TWO_STAGE_TYPES_H
 
