@@ -73,7 +73,7 @@ certificate: $(STAMP)
 # with all tools. ONLY="coverage misra" runs those checks and the quick ones. What was found out about
 # the same C before is taken from out/seeded.json.
 seeded: $(STAMP)
-	$(BIN)/python -m servogen.evidence.seeded examples/two_stage/servogen.toml docs/seeded-faults.md out/seeded.json $(ONLY)
+	$(BIN)/python -m servogen.steps.plant_faults examples/two_stage/servogen.toml docs/seeded-faults.md out/seeded.json $(ONLY)
 
 # The report in headless Chromium: every plot drawn, no console error. Judges the report of
 # "make run" where there is one.

@@ -159,6 +159,8 @@ def _disagreements(
     for t in tallies:
         key = t.site.file, t.site.function
         own.setdefault(key, Counter())[min(t.true, t.false), max(t.true, t.false)] += 1
+    if own and not gcov:
+        return [f"{unit}: gcov has no branch at all, the probes have some in {len(own)}"]
     return [
         f"{unit}: gcov and the probes count {function} of {file} differently"
         for (file, function), pairs in sorted(gcov.items())

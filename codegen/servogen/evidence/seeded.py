@@ -1,31 +1,27 @@
 """Which check finds which planted fault: every check on every mutant, as one table.
 
-    python -m servogen.evidence.seeded PROJECT.toml TABLE.md KEPT.json [CHECK ...]
-
-Without names all checks are run. What one said of the same C before is taken from KEPT.json, so
-that an interrupted run goes on, and columns can be made one by one. A check that cannot be run
-here, or is not chosen and was not run before, is shown as not run; so is one that already fails
-on the sound package and thus says nothing.
+``steps.plant_faults`` runs it. What a check said of the same C before is taken from a file, so that
+an interrupted run goes on and columns can be made one by one. A check that cannot be run here, or is
+not chosen and was not run before, is shown as not run; so is one that already fails on the sound
+package and thus says nothing.
 """
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
-from servogen.errors import CheckFailed, ServogenError
+from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.catalogue import CHECKS
 from servogen.evidence.seeded_faults import FAULTS, Fault, plant
 from servogen.evidence.seeded_kept import Kept
 from servogen.evidence.seeded_quick import Equivalence, Quick, StaticCount, warnings
-from servogen.evidence.seeded_table import Row, table_text
+from servogen.evidence.seeded_table import Row
 from servogen.evidence.tools import ToolMissing
-from servogen.progress import Progress, Silent, for_stream
+from servogen.progress import Progress, Silent
 
 STEPS = 60  # random steps per controller for the equivalence of a mutant
 PERIODS = 60  # and slow periods of its closed loop
@@ -75,8 +71,10 @@ def _asked(column: Column, mutant: Bench, kept: Kept | None) -> str:
         return before or column.obstacle
     try:
         said = "caught" if column.judge(mutant) else "missed"
-    except ServogenError:  # refused: does not compile, cannot be counted, no answer
+    except CheckFailed:  # refused: does not compile, cannot be counted, no answer
         said = "caught"
+    except Exception as error:  # not the fault's doing: shown, and hours of work are not lost
+        return f"broke: {type(error).__name__}"
     if kept is not None:
         kept.keep(column.title, mutant, said)
     return said
@@ -151,34 +149,3 @@ def remembered(bench: Bench) -> Bench:
     own = bench.subjects[0]
     kept: Subject = replace(own, suite=cache(own.suite), closed_loop=cache(own.closed_loop))
     return replace(bench, subjects=(kept,))
-
-
-def main(arguments: Sequence[str]) -> int:
-    """See the module's text; status 1 where a fault escapes all checks."""
-    from servogen.project import load_project
-    from servogen.steps.check import bench_of
-    from servogen.steps.prepare import prepare
-
-    if len(arguments) < 3 or set(arguments[3:]) - set(CHECKS):
-        print(
-            f"usage: seeded PROJECT.toml TABLE.md KEPT.json [{' '.join(CHECKS)}]", file=sys.stderr
-        )
-        return 2
-    progress = for_stream(sys.stderr)
-    os.environ.update(FUZZING)
-    try:
-        bench = remembered(bench_of(prepare(load_project(Path(arguments[0])), progress)))
-        kept = Kept(Path(arguments[2]))
-        rows = run_seeded(bench, columns_for(bench, arguments[3:], kept), progress, kept)
-    except ServogenError as error:
-        print(f"servogen: {error}", file=sys.stderr)
-        return error.exit_status
-    Path(arguments[1]).write_text(table_text(bench, rows), encoding="utf-8")
-    escaped = [row.fault.name for row in rows if "caught" not in row.said.values()]
-    for name in escaped:
-        print(f"nothing that ran caught: {name}")
-    return 1 if escaped else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
