@@ -1,8 +1,8 @@
 """Which check finds which planted fault: every check on every mutant, as one table.
 
 ``steps.plant_faults`` runs it. What a check said of the same C before is taken from a file, so that
-an interrupted run goes on and columns can be made one by one. A check that cannot be run here, or is
-not chosen and was not run before, is shown as not run; so is one that already fails on the sound
+an interrupted run goes on and columns can be made one by one. A check that cannot be run here, or
+is not chosen and was not run before, is shown as not run; so is one that already fails on the sound
 package and thus says nothing.
 """
 
