@@ -1,4 +1,4 @@
-"""The emitted package: the same bytes every time, and C that any strict compiler takes."""
+"""The emitted package: the same bytes every time, and what its manifest and tables say."""
 
 from __future__ import annotations
 
@@ -13,132 +13,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from core_designs import Variant, design, package, temporary_folder
+from core_designs import VARIANTS, Variant, design, package
 
 from servogen.controllers.cascade_design import declare_parts
-from servogen.emit.package import RUNTIME_FILES, CPackage, emit_package
-
-WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic"]
-WARNINGS += ["-Wmissing-prototypes", "-Wstrict-prototypes", "-Wundef", "-Wvla", "-Werror"]
-VARIANTS = {
-    "example": Variant(),
-    "float32": Variant(precision="float32", horizon=5),
-    "governor alone": Variant(horizon=0),
-    "governor alone, float32": Variant(horizon=0, precision="float32", order=4),
-    "N = 1": Variant(horizon=1, cap=1),
-    "N = 3, as printed": Variant(horizon=3, both_ends=False, ramp=0, inter=1),
-    "axes differ": Variant(horizon=3, differing=True, precision="float32"),
-    "fourth order": Variant(horizon=3, order=4),
-    "plain PQP": Variant(horizon=3, period=0),
-    "no extrapolation": Variant(horizon=3, period=2),
-    "M = 2": Variant(horizon=2, points=2, ramp=0),
-    "no terminal rows": Variant(horizon=2, bandwidth=200.0),
-    "no matching": Variant(horizon=2, matching=False),
-}
-HAS_32_BIT = (
-    subprocess.run(
-        ["gcc", "-m32", "-ffreestanding", "-x", "c", "-c", "-", "-o", os.devnull],
-        input=b"#include <stdint.h>\nint32_t x;\n",
-        capture_output=True,
-        check=False,
-    ).returncode
-    == 0
-)
-
-
-def written(made: CPackage, name: str = "package") -> Path:
-    folder = temporary_folder(name)
-    for file, text in made.files.items():
-        (folder / file).write_text(text)
-    return folder
-
-
-def gcc(folder: Path, *arguments: str) -> None:
-    done = subprocess.run(
-        ["gcc", *arguments], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr[:3000]
-
-
-@pytest.mark.parametrize("name", VARIANTS)
-def test_every_package_passes_strict_compilation(name):
-    made = package(VARIANTS[name])
-    folder = written(made)
-    widths = ["-m64", "-m32"] if HAS_32_BIT else ["-m64"]
-    for width in widths:
-        freestanding = ["-ffreestanding"] if width == "-m32" else []
-        gcc(folder, "-std=c99", "-O0", width, *freestanding, *WARNINGS, "-fsyntax-only",
-            *made.sources)  # fmt: skip
-    gcc(folder, "-std=c99", "-O2", *WARNINGS, "-c", *made.sources)
-
-
-def test_both_widths_are_tried_where_the_compiler_has_them():
-    if not HAS_32_BIT:
-        pytest.skip("gcc has no -m32 here")
-    made = package(VARIANTS["float32"])
-    gcc(written(made), "-std=c99", "-O2", "-m32", "-ffreestanding", *WARNINGS, "-c", *made.sources)
-
-
-@pytest.mark.parametrize("name", ["example", "governor alone", "axes differ"])
-def test_public_headers_serve_cpp(name):
-    made = package(VARIANTS[name])
-    folder = written(made)
-    text = "".join(f'#include "{d.prefix}.h"\n' for d in made.declarations)
-    top = made.declarations[-1].prefix
-    text += (
-        f"int main() {{ {top}_t self; {top}_init(&self); return sizeof({top}_step_in) == 0; }}\n"
-    )
-    (folder / "main.cpp").write_text(text)
-    gcc(folder, "-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-pedantic", "-Werror",
-        "-fsyntax-only", "main.cpp")  # fmt: skip
-    for d in made.declarations:  # each header stands alone, in C too
-        (folder / "alone.c").write_text(f'#include "{d.prefix}.h"\ntypedef {d.prefix}_t used;\n')
-        gcc(folder, "-std=c99", *WARNINGS, "-fsyntax-only", "alone.c")
-
-
-def undefined_symbols(folder: Path, sources: list[str], *flags: str) -> set[str]:
-    gcc(folder, "-std=c99", *flags, "-c", *sources)
-    objects = [source.replace(".c", ".o") for source in sources]
-    said = subprocess.run(
-        ["nm", "-g", *objects], cwd=folder, capture_output=True, text=True, check=True
-    ).stdout
-    rows = [line.split() for line in said.splitlines() if line and not line.endswith(":")]
-    defined = {row[-1] for row in rows if row[-2] in "TRDB"}
-    return {row[-1] for row in rows if row[-2] == "U"} - defined - {"_GLOBAL_OFFSET_TABLE_"}
-
-
-@pytest.mark.parametrize("name", ["axes differ"])
-def test_nothing_from_libc_is_called(name):
-    """At -O2 and -O3 gcc turns the loops that fill and copy into memset, memcpy and memmove: what
-    C asks of a freestanding implementation too. With one flag it leaves them alone."""
-    made = package(VARIANTS[name])
-    folder = written(made)
-    assert undefined_symbols(folder, made.sources, "-O1") == set()
-    optimised = undefined_symbols(folder, made.sources, "-O3")
-    assert optimised <= {"memset", "memcpy", "memmove"}
-    kept = undefined_symbols(folder, made.sources, "-O3", "-fno-tree-loop-distribute-patterns")
-    assert kept <= {"memcpy"}  # a struct that is copied whole
-
-
-@pytest.mark.parametrize("name", ["example", "axes differ"])
-def test_nothing_that_changes_is_global(name):
-    """All state is the caller's: data and bss of every object are empty, tables are constant."""
-    made = package(VARIANTS[name])
-    folder = written(made)
-    gcc(folder, "-std=c99", "-O1", "-c", *made.sources)
-    said = subprocess.run(
-        ["nm", *(s.replace(".c", ".o") for s in made.sources)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
-    assert not re.findall(r" [dDbBcC] \w+", said)
-    prefix = made.name
-    names = re.findall(r" [TR] (\w+)", said)
-    assert names
-    assert all(found.startswith(f"{prefix}_") for found in names)
-
+from servogen.emit.package import RUNTIME_FILES, emit_package
 
 SCRIPT = """
 import sys, hashlib

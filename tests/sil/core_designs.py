@@ -58,6 +58,24 @@ class Variant:
     bandwidth: float = 45.0
 
 
+# One of every shape that the templates can take.
+VARIANTS = {
+    "example": Variant(),
+    "float32": Variant(precision="float32", horizon=5),
+    "governor alone": Variant(horizon=0),
+    "governor alone, float32": Variant(horizon=0, precision="float32", order=4),
+    "N = 1": Variant(horizon=1, cap=1),
+    "N = 3, as printed": Variant(horizon=3, both_ends=False, ramp=0, inter=1),
+    "axes differ": Variant(horizon=3, differing=True, precision="float32"),
+    "fourth order": Variant(horizon=3, order=4),
+    "plain PQP": Variant(horizon=3, period=0),
+    "no extrapolation": Variant(horizon=3, period=2),
+    "M = 2": Variant(horizon=2, points=2, ramp=0),
+    "no terminal rows": Variant(horizon=2, bandwidth=200.0),
+    "no matching": Variant(horizon=2, matching=False),
+}
+
+
 def slow_stage(order: int = 3, bandwidth: float = 45.0) -> StateSpace:
     """The servo; above order 3 with further lags of unit gain behind it."""
     stage = servo(bandwidth, 0.7)
