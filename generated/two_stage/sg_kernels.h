@@ -117,7 +117,7 @@ static inline void sg_copy(int n, const sg_real *restrict from, sg_real *restric
 }
 
 /* The first `used` of at most `size` elements; the rest becomes zero and is not read. */
-static inline void sg_copy_some(int size, int used, const sg_real *restrict from,
+static inline void sg_copy_some(int size, int32_t used, const sg_real *restrict from,
                                 sg_real *restrict to)
 {
     SG_PRAGMA("MUST_ITERATE(1)")

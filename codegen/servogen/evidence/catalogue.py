@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 
+from servogen.errors import InputError
 from servogen.evidence.bench import Bench
 from servogen.evidence.finding import Finding
 from servogen.progress import Progress
@@ -26,7 +28,10 @@ class Check:
 
         Raises:
             ToolMissing: it cannot run here.
+            InputError: this version does not have it yet.
         """
+        if find_spec(f"servogen.evidence.{self.name}") is None:
+            raise InputError(None, "CHECK", self.name, "one that this version has already")
         run: Run = import_module(f"servogen.evidence.{self.name}").run
         return run(bench, progress)
 
