@@ -31,7 +31,8 @@ class Check:
             InputError: this version does not have it yet.
         """
         if find_spec(f"servogen.evidence.{self.name}") is None:
-            raise InputError(None, "CHECK", self.name, "a check that this version has; this one is not written yet")
+            expected = "a check that this version has; this one is not written yet"
+            raise InputError(None, "CHECK", self.name, expected)
         run: Run = import_module(f"servogen.evidence.{self.name}").run
         return run(bench, progress)
 
