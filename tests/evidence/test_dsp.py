@@ -169,26 +169,43 @@ def test_a_compiler_that_is_there_is_not_built_again(tmp_path):
     assert toolchain(Silent(), tmp_path) == tmp_path / "bin"
 
 
-def test_a_build_that_fails_leaves_only_its_log(tmp_path):
-    """Every tool is there, tar fails: the script says so and takes its folder away."""
-    tools = tmp_path / "tools"
+def build_with(tmp_path: Path, **fakes: str) -> tuple[subprocess.CompletedProcess[str], Path]:
+    """The build script with stand-ins for its tools; and where its result has to be."""
+    tools, home = tmp_path / "tools", tmp_path / "kept" / "tic6x-elf"
     tools.mkdir()
-    for name in ("gcc", "g++", "make", "flex", "bison", "xz"):
-        (tools / name).write_text("#!/bin/sh\nexit 0\n")
-    (tools / "tar").write_text("#!/bin/sh\nexit 1\n")
-    (tools / "ls").write_text("#!/bin/sh\necho $1\n")  # the source packages "are there" as well
-    for tool in tools.iterdir():
-        tool.chmod(0o755)
-    script = resource_dir("c_runtime") / "dsp" / "build_toolchain.sh"
-    env = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}"}
-    home = tmp_path / "kept" / "tic6x-elf"
     home.parent.mkdir()
+    quiet = dict.fromkeys(("gcc", "g++", "make", "flex", "bison", "xz", "tar"), "exit 0")
+    # the source packages "are there" as well
+    for name, text in {**quiet, "ls": "echo $1", **fakes}.items():
+        (tools / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tools / name).chmod(0o755)
+    script = resource_dir("c_runtime") / "dsp" / "build_toolchain.sh"
+    env = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}", "HOME_OF_RESULT": str(home)}
     done = subprocess.run(
         ["sh", str(script), str(home)], env=env, capture_output=True, text=True, check=False
     )
+    return done, home
+
+
+def test_a_build_that_fails_leaves_only_its_log(tmp_path):
+    done, home = build_with(tmp_path, tar="exit 1")
     assert done.returncode != 0
     assert "unpacking binutils" in done.stdout
     assert [path.name for path in home.parent.iterdir()] == ["tic6x-elf.log"]
+
+
+def test_a_build_that_ends_well_is_moved_into_place(tmp_path):
+    """``tar`` unpacks a configure script, ``make`` installs a compiler below DESTDIR."""
+    unpack = 'printf "#!/bin/sh\\n" > "$2/configure"; chmod +x "$2/configure"'
+    install = """for word; do case $word in DESTDIR=*)
+        bin="${word#DESTDIR=}$HOME_OF_RESULT/bin"; mkdir -p "$bin"
+        printf "#!/bin/sh\\necho made\\n" > "$bin/tic6x-elf-gcc"; chmod +x "$bin/tic6x-elf-gcc";;
+    esac; done"""
+    done, home = build_with(tmp_path, tar=unpack, make=install)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith("installing gcc\nmade\n")
+    assert [path.name for path in home.parent.iterdir()] == ["tic6x-elf"]
+    assert (home / "bin" / COMPILER).is_file()
 
 
 @needs_compiler
