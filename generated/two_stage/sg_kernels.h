@@ -36,7 +36,7 @@ static inline sg_real sg_clamp(sg_real x, sg_real low, sg_real high)
 /*
  * sg_bound, sg_bound_below and sg_bound_count keep what they are given in an interval that it does not
  * leave: they are for the proof, which looks at one number at a time and cannot see why. Each place says
- * why; a test counts that none of them ever changes anything in a machine that runs.
+ * why.
  */
 static inline sg_real sg_bound(sg_real x, sg_real low, sg_real high)
 {
