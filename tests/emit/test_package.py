@@ -115,8 +115,7 @@ def test_cmake_subdirectory_builds_and_runs(tmp_path):
     made = package(VARIANTS["governor alone"])
     inner = tmp_path / "core"
     inner.mkdir()
-    for file, text in made.files.items():
-        (inner / file).write_text(text)
+    made.write(inner)
     (tmp_path / "CMakeLists.txt").write_text(
         "cmake_minimum_required(VERSION 3.10)\nproject(firmware C)\nadd_subdirectory(core)\n"
         "add_executable(firmware main.c)\ntarget_link_libraries(firmware core)\n"

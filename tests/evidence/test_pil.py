@@ -220,8 +220,7 @@ SMALL = {
 def subject(precision: str) -> Subject:
     variant, folder = SMALL[precision], temporary_folder("pil")
     made = package(variant)
-    for name, text in made.files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    made.write(folder)
     names = [f"{d.prefix}_{op.name}" for d in made.declarations for op in d.operations]
     counts = count_package([folder / s for s in made.sources], [folder], names)
 

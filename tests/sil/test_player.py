@@ -27,8 +27,7 @@ VARIANTS = {
 def program(name: str) -> Path:
     made = package(VARIANTS[name])
     folder = temporary_folder("player")
-    for file, text in made.files.items():
-        (folder / file).write_text(text)
+    made.write(folder)
     (folder / "player.c").write_text(player_source(made.declarations))
     flags = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-O1"]
     command = ["gcc", *flags, "player.c", *made.sources, "-o", "player"]

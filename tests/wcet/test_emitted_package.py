@@ -38,8 +38,7 @@ def example(tmp_path_factory: pytest.TempPathFactory) -> Counted:
     project = load_project(resource_dir("examples") / "two_stage" / "servogen.toml")
     package = prepare(project, Silent()).package
     folder = tmp_path_factory.mktemp("emitted")
-    for name, text in package.files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    package.write(folder)
     sources = [folder / name for name in package.sources]
     library = build_counted(sources, [folder], folder / "counted")
     return Counted(package, count_emitted(package), library)

@@ -40,8 +40,7 @@ def compiled(folder: Path, headers: str, types: list[str]) -> list[int]:
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: f"{v.precision}-{v.horizon}")
 def test_structures_of_the_emitted_c(tmp_path: Path, variant: Variant) -> None:
     package, counts = emit_counted("shape", declare_parts(design(variant)))
-    for name, text in package.files.items():
-        (tmp_path / name).write_text(text)
+    package.write(tmp_path)
     types = list(counts.type_bytes)
     assert {f"{d.prefix}_t" for d in package.declarations} <= set(types)
     assert {"shape_plan_in", "shape_fast_step_out"} <= set(types)

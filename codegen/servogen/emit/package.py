@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from servogen import __version__
 from servogen.controllers.design import Declaration, Operation, Port, design_hash
 from servogen.controllers.governor_design import AXES
+from servogen.emit.driver import driver_file, driver_text, is_driver
 from servogen.emit.environment import make_environment
 from servogen.emit.head import head_of
 from servogen.emit.manifest import manifest_text
@@ -35,7 +37,15 @@ class CPackage:
 
     @property
     def sources(self) -> list[str]:
-        return [name for name in self.files if name.endswith(".c")]
+        """The C to compile."""
+        return [f for f in self.files if f.endswith(".c") and not is_driver(f)]
+
+    def write(self, folder: Path) -> None:
+        """All files into ``folder``, whatever is there."""
+        for name, text in self.files.items():
+            place = folder / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(text, encoding="utf-8")
 
 
 def signature(declaration: Declaration, operation: Operation) -> str:
@@ -122,7 +132,9 @@ def emit_package(
             if file.endswith("_tables.h") and not (d.constants or d.tables):
                 continue
             files[file] = environment.get_template(template).render(context)
-    sources = [file for file in files if file.endswith(".c")]
+    for d in declarations:
+        files[driver_file(d.prefix)] = driver_text(environment, d, declarations, common)
+    sources = [file for file in files if file.endswith(".c") and not is_driver(file)]
     folder = resource_dir("c_runtime")
     runtime = {name: (folder / name).read_text(encoding="utf-8") for name in RUNTIME_FILES}
     used = included(files | runtime, sources)

@@ -42,10 +42,7 @@ class Subject:
 
     def write(self, folder: Path) -> list[Path]:
         """All files of the package into ``folder``; paths of the sources to compile."""
-        for name, text in self.package.files.items():
-            place = folder / name
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(text, encoding="utf-8")
+        self.package.write(folder)
         return [folder / name for name in self.package.sources]
 
 

@@ -45,9 +45,7 @@ def answers(package: CPackage, build: Build, calls: bytes, folder: Path) -> byte
         RuntimeError: the program fails.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in package.files.items():
-        if name.endswith((".c", ".h")):
-            (folder / name).write_text(text, encoding="utf-8")
+    package.write(folder)
     (folder / "player.c").write_text(player_source(package.declarations), encoding="utf-8")
     # the player is the test's own and needs a library: its header too
     hosted = [part for part in build.compiler.command if part != "-ffreestanding"]

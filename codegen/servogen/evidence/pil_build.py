@@ -61,8 +61,7 @@ class Program:
 def write_package(package: CPackage, folder: Path) -> list[str]:
     """The package's files and the player into ``folder``; names of the package's sources."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in package.files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    package.write(folder)
     (folder / PLAYER).write_text(player_source(package.declarations), encoding="utf-8")
     return package.sources
 

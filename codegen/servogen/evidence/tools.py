@@ -52,7 +52,8 @@ def run_tool(
 ) -> subprocess.CompletedProcess[str]:
     """Run to the end, output kept as text, no exception for a non-zero status.
 
-    ``LC_ALL=C``, so that messages are the same everywhere.
+    ``LC_ALL=C``, so that messages are the same everywhere; ``PWD``, because some tools
+    believe it.
 
     Raises:
         CheckFailed: it has not ended after ``PATIENCE_S``; it is killed.
@@ -64,7 +65,7 @@ def run_tool(
             input=given,
             capture_output=True,
             check=False,
-            env=os.environ | {"LC_ALL": "C"},
+            env=os.environ | {"LC_ALL": "C", "PWD": str((folder or Path.cwd()).resolve())},
             timeout=PATIENCE_S,
         )
     except subprocess.TimeoutExpired as late:

@@ -131,8 +131,7 @@ def compile_package(
     name = f"_sil_{packages[0].name}_{key}"
     sources: list[str] = []
     for package in packages:
-        for file, text in package.files.items():
-            (folder / file).write_text(text, encoding="utf-8")
+        package.write(folder)
         sources += [str(folder / file) for file in package.sources]
     ffi = cffi.FFI()
     for package in packages:

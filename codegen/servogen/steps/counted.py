@@ -21,8 +21,7 @@ def written(package: CPackage) -> Iterator[Path]:
     """The package's files in a temporary folder that goes away with the block."""
     folder = Path(tempfile.mkdtemp(prefix="servogen-c-"))
     try:
-        for name, text in package.files.items():
-            (folder / name).write_text(text, encoding="utf-8")
+        package.write(folder)
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
