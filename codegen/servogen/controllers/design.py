@@ -120,12 +120,15 @@ class StateField:
     Attributes:
         size: name of a ``Dimension``, or empty for a scalar.
         type: empty for the scalar type, ``int32_t``, or the prefix of a controller used.
+        bound: name of the table whose entries the elements never exceed in absolute value,
+            whatever came in. Only such members may be read by a controller that uses this one.
     """
 
     name: str
     doc: str
     size: str = ""
     type: str = ""
+    bound: str = ""
 
 
 @dataclass(frozen=True)
@@ -179,7 +182,7 @@ class Declaration:
                 [op.name, [[p.name, p.size, p.low, p.high] for p in op.inputs + op.outputs]]
                 for op in self.operations
             ],
-            "state": [[f.name, f.size, f.type] for f in self.state],
+            "state": [[f.name, f.size, f.type, f.bound] for f in self.state],
             "uses": list(self.uses),
             "facts": {key: str(self.facts[key]) for key in sorted(self.facts)},
         }

@@ -161,6 +161,7 @@ def declare_fast(design: FastDesign) -> Declaration:
         )
         constants += [
             Constant(f"direct_{axis}", part.direct, f"{axis}: compensation on the command"),
+            Constant(f"end_{axis}", limit.position_m, "m: no point of the path beyond it"),
             Constant(
                 f"limit_{axis}", limit.fast_range_m * RANGE_FACTOR, "m: no fast command beyond it"
             ),
@@ -196,7 +197,10 @@ def declare_fast(design: FastDesign) -> Declaration:
         tables=tuple(tables),
         state=(
             *(StateField(f"path_{a}", "ring of points, m", "BUFFER") for a in AXES),
-            *(StateField(f"state_{a}", "slow stage model at T_f", "ORDER") for a in AXES),
+            *(
+                StateField(f"state_{a}", "slow stage model at T_f", "ORDER", bound=f"bound_{a}")
+                for a in AXES
+            ),
             *(StateField(f"scratch_{a}", "workspace", "ORDER") for a in AXES),
             *(StateField(f"command_{a}", "slow stage command, m") for a in AXES),
             StateField("along", "points along the interval"),

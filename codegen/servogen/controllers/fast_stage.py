@@ -33,6 +33,7 @@ class FastStage:
         ]
         self._direct = [self._c[f"direct_{a}"] for a in AXES]
         self._limit = [self._c[f"limit_{a}"] for a in AXES]
+        self._end = [self._c[f"end_{a}"] for a in AXES]
         self._ports = {
             op.name: {port.name: port for port in op.inputs} for op in self.declaration.operations
         }
@@ -172,7 +173,8 @@ class FastStage:
         """One fast sample: the outputs, then the model and the feed one sample on."""
         outputs: dict[str, Value] = {}
         for i, axis in enumerate(AXES):
-            reference = self._point(i)
+            end = self._end[i]
+            reference = min(max(self._point(i), -end), end)
             state, command = self.state[i], self.command[i]
             taken = _dot(self._row[i], state) + self._direct[i] * command
             limit = self._limit[i]

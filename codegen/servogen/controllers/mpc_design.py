@@ -211,7 +211,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
         ),
         state=(
             StateField("plan", "commands u_0..u_{N-1}, m", "HORIZON"),
-            StateField("predicted", "state expected at the next step", "ORDER"),
+            StateField("predicted", "state expected at the next step", "ORDER", bound="bound"),
             StateField("upper", "duals of the upper sides", "ROWS"),
             StateField("lower", "duals of the lower sides", "ROWS"),
             *(

@@ -1,4 +1,9 @@
-"""The Frama-C Eva driver of a controller, made from its declaration: ``verify/<prefix>_eva.c``."""
+"""What Frama-C Eva is given of each controller, made from its declaration.
+
+``verify/<prefix>_eva.c`` calls the controller in every way and claims what it promises,
+``verify/<prefix>_contract.c`` stands for it in the proof of a controller that uses it. Both are
+laid out from the same ports and members, so that what is claimed is what is relied on.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +12,10 @@ from typing import Any
 
 import jinja2
 
-from servogen.controllers.design import Declaration, Port
+from servogen.controllers.design import Declaration, Operation, Port
 
 FOLDER = "verify"
+LEAST, GREATEST = "-2147483647 - 1", "2147483647"
 
 
 def driver_file(prefix: str) -> str:
@@ -17,71 +23,95 @@ def driver_file(prefix: str) -> str:
     return f"{FOLDER}/{prefix}_eva.c"
 
 
+def contract_file(prefix: str) -> str:
+    """Name in the package."""
+    return f"{FOLDER}/{prefix}_contract.c"
+
+
 def is_driver(file: str) -> bool:
     """Drivers are no sources of the package: nothing compiles them."""
     return file.startswith(f"{FOLDER}/")
 
 
-def driver_text(
+def driver_files(
     environment: jinja2.Environment,
-    declaration: Declaration,
     declarations: Sequence[Declaration],
     common: dict[str, Any],
-) -> str:
-    """Render the driver of one of the package's ``declarations``; ``common`` is what all templates
-    of the package are given."""
-    real = environment.filters["real"]
+    signature: Callable[[Declaration, Operation], str],
+) -> dict[str, str]:
+    """The header, a driver for every controller, a contract for every one that is used.
+
+    Args:
+        declarations: the package's.
+        common: what all templates of the package are given.
+    """
     local = environment.overlay()
-    local.filters = environment.filters | {"drawn": _drawn(real), "held": _held}
-    return local.get_template("eva.c.jinja").render(
-        common
-        | {
-            "d": declaration,
-            "p": declaration.prefix,
-            "hints": widening_hints(with_parts(declaration, declarations)),
+    local.filters = environment.filters | _filters(environment.filters["real"])
+    package = str(common["package"])
+    files = {f"{FOLDER}/{package}_eva.h": local.get_template("eva.h.jinja").render(common)}
+    used = {prefix for d in declarations for prefix in d.uses}
+    for d in declarations:
+        context = common | {
+            "d": d,
+            "p": d.prefix,
+            "dims": {dim.name: dim.value for dim in d.dimensions},
+            "hints": widening_hints(d),
+            "signature": lambda operation, d=d: signature(d, operation),
         }
-    )
+        files[driver_file(d.prefix)] = local.get_template("eva.c.jinja").render(context)
+        if d.prefix in used:
+            files[contract_file(d.prefix)] = local.get_template("contract.c.jinja").render(context)
+    return files
 
 
-def with_parts(
-    declaration: Declaration, declarations: Sequence[Declaration]
-) -> tuple[Declaration, ...]:
-    """A controller after everything it calls, directly or not."""
-    by_prefix = {d.prefix: d for d in declarations}
-    found: dict[str, Declaration] = {}
-    for prefix in declaration.uses:
-        found |= {d.prefix: d for d in with_parts(by_prefix[prefix], declarations)}
-    return (*found.values(), declaration)
-
-
-def widening_hints(declarations: Sequence[Declaration]) -> list[int]:
+def widening_hints(declaration: Declaration) -> list[int]:
     """Where a counter may stop: Eva tries these before it gives a bound up."""
-    return sorted(
-        {v for d in declarations for dim in d.dimensions for v in (dim.value - 1, dim.value)} - {-1}
-    )
+    values = {v for dim in declaration.dimensions for v in (dim.value - 1, dim.value)}
+    return sorted(values - {-1})
 
 
-def _drawn(real: Callable[[float], str]) -> Callable[[Port], str]:
-    def drawn(port: Port) -> str:
-        low, high = -1.0 if port.low is None else port.low, 1.0 if port.high is None else port.high
+def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:
+    def ends(port: Port) -> tuple[str, str]:
+        """As C writes them; where none are declared, of what any finite value may be."""
+        if port.low is None or port.high is None:
+            return (LEAST, GREATEST) if port.integer else ("-SG_REAL_MAX", "SG_REAL_MAX")
         if port.integer:
-            call = f"sg_draw_count({int(low)}, {int(high)})"
-        else:
-            call = f"sg_draw({real(low)}, {real(high)})"
-        if not port.size:
-            return f"in.{port.name} = {call};"
-        return _loop(port, f"in.{port.name}[i] = {call};")
+            return str(int(port.low)), str(int(port.high))
+        return real(port.low), real(port.high)
 
-    return drawn
+    def drawn(port: Port) -> str:
+        """An input of the driver's calls."""
+        call = "sg_draw_count" if port.integer else "sg_draw"
+        low, high = ends(port)
+        return _each(port, lambda e: f"in.{e} = {call}({low}, {high});")
+
+    def claimed(port: Port) -> str:
+        """An output: written, finite, and in its range."""
+        low, high = ends(port)
+
+        def claim(e: str) -> str:
+            finite = "" if port.integer else f"\\is_finite(out.{e}) && "
+            return f"/*@ assert {finite}{low} <= out.{e} <= {high}; */ ;"
+
+        return _each(port, claim)
+
+    def promised(port: Port) -> str:
+        """An output of a contract."""
+        call = "sg_within_count" if port.integer else "sg_within"
+        low, high = ends(port)
+        return _each(port, lambda e: f"out->{e} = {call}({low}, {high});")
+
+    def needed(port: Port) -> str:
+        """An input of a contract: written, and finite where the part's proof draws such."""
+        finite = "" if port.integer else " && (SG_EVA_INPUTS == 2 || \\is_finite(in->{}))"
+        return _each(port, lambda e: f"/*@ assert \\initialized(&in->{e}){finite.format(e)}; */ ;")
+
+    return {"drawn": drawn, "claimed": claimed, "promised": promised, "needed": needed}
 
 
-def _held(port: Port) -> str:
-    """An output that has been written; a real one is finite."""
-    element = f"out.{port.name}[i]" if port.size else f"out.{port.name}"
-    fact = f"\\initialized(&{element})" if port.integer else f"\\is_finite({element})"
-    claim = f"/*@ assert {fact}; */"
-    return _loop(port, f"{claim} ;") if port.size else claim
-
-
-def _loop(port: Port, body: str) -> str:
+def _each(port: Port, statement: Callable[[str], str]) -> str:
+    """Once, or for every element."""
+    if not port.size:
+        return statement(port.name)
+    body = statement(f"{port.name}[i]")
     return f"for (int i = 0; i < {port.size}; i++) {{\n        {body}\n    }}"

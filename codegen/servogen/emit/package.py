@@ -10,7 +10,7 @@ from pathlib import Path
 from servogen import __version__
 from servogen.controllers.design import Declaration, Operation, Port, design_hash
 from servogen.controllers.governor_design import AXES
-from servogen.emit.driver import driver_file, driver_text, is_driver
+from servogen.emit.driver import driver_files, is_driver
 from servogen.emit.environment import make_environment
 from servogen.emit.head import head_of
 from servogen.emit.manifest import manifest_text
@@ -132,8 +132,7 @@ def emit_package(
             if file.endswith("_tables.h") and not (d.constants or d.tables):
                 continue
             files[file] = environment.get_template(template).render(context)
-    for d in declarations:
-        files[driver_file(d.prefix)] = driver_text(environment, d, declarations, common)
+    files |= driver_files(environment, declarations, common, signature)
     sources = [file for file in files if file.endswith(".c") and not is_driver(file)]
     folder = resource_dir("c_runtime")
     runtime = {name: (folder / name).read_text(encoding="utf-8") for name in RUNTIME_FILES}

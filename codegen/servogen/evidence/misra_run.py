@@ -92,9 +92,7 @@ class _Run:
         self.package, self.tool, self.folder = package, tool, folder
         self.begins: dict[str, int] = {}
         self.texts = {
-            n: t
-            for n, t in package.files.items()
-            if n.endswith((".c", ".h")) and not is_driver(n)
+            n: t for n, t in package.files.items() if n.endswith((".c", ".h")) and not is_driver(n)
         }
         self.report = Report(files=tuple(sorted(included(package.files, package.sources))))
         for name in sorted(set(self.texts) - set(self.report.files)):

@@ -7,14 +7,12 @@ import io
 import re
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
 
 from servogen.controllers.design import Declaration
+from servogen.emit.driver import is_driver
 
 # A split by a variable that is not in scope yet: less precise until it is, never unsound.
 _HARMLESS = ("this partitioning parameter cannot be evaluated safely on all states",)
-# The only thing that the C may ask Eva to take on trust: that a comparison which held had no NaN.
-_TRUSTED = re.compile(r"(?:status != SG_OK \|\| )?!\\is_NaN\([^()]*\)")
 _MESSAGE = re.compile(
     r"^\[(\S+)\] (?:\S+:\d+: )?(?:User )?(Warning|Error|Failure):[ \n]*(.*)", re.MULTILINE
 )
@@ -33,7 +31,6 @@ class Proof:
         faults: nothing is proven unless there are none.
         alarms: kind -> how many; each is a fault too.
         proven: properties that Eva shows to hold, the driver's claims among them.
-        trusted: what the C asks it to take on trust.
         functions: analysed; ``statements``: of these reached, and all.
         partly: functions with statements that are never reached, ``name reached/all``.
     """
@@ -41,7 +38,6 @@ class Proof:
     faults: tuple[str, ...]
     alarms: dict[str, int]
     proven: int
-    trusted: int
     functions: int
     statements: tuple[int, int]
     partly: tuple[str, ...]
@@ -50,7 +46,6 @@ class Proof:
         return {
             "alarms": dict(self.alarms),
             "proven": self.proven,
-            "trusted": self.trusted,
             "functions": self.functions,
             "statements_reached": self.statements[0],
             "statements": self.statements[1],
@@ -69,7 +64,6 @@ def read_proof(code: int, log: str, table: str, declaration: Declaration) -> Pro
     rows = list(csv.DictReader(io.StringIO(table), delimiter="\t", quoting=csv.QUOTE_NONE))
     counted = [(n, int(a), int(b)) for n, a, b in _STATEMENTS.findall(log)]
     alarms = _alarms(rows)
-    trusted = [row for row in rows if row["property kind"] == "user hypothesis"]
     faults = [
         *_broken(code, log, rows),
         *(f"{row['file']}: takes on trust: {row['property']}" for row in _untrusted(rows)),
@@ -80,7 +74,6 @@ def read_proof(code: int, log: str, table: str, declaration: Declaration) -> Pro
         faults=tuple(faults),
         alarms=dict(sorted(alarms.items())),
         proven=sum(row["status"] == _PROVEN for row in rows),
-        trusted=len(trusted),
         functions=len(counted),
         statements=(sum(a for _, a, _ in counted), sum(b for _, _, b in counted)),
         partly=tuple(sorted(f"{n} {a}/{b}" for n, a, b in counted if a < b)),
@@ -126,19 +119,18 @@ def _unreached(log: str, counted: list[tuple[str, int, int]], d: Declaration) ->
 def _open(rows: list[dict[str, str]]) -> list[dict[str, str]]:
     """Properties that are neither shown nor part of the question."""
     return [row for row in rows if row["status"] not in (_PROVEN, _ASSUMED, "Dead")] + [
-        row for row in rows if row["status"] == "Dead" and Path(row["file"]).name.endswith("_eva.c")
+        row
+        for row in rows
+        if row["status"] == "Dead"
+        and is_driver(f"{row['directory']}/")
+        and row["file"][-2:] == ".c"
     ]
 
 
 def _untrusted(rows: list[dict[str, str]]) -> list[dict[str, str]]:
-    """What is assumed, in the package's files, beyond the drawing of inputs and NaN."""
+    """What is assumed, in the package's files, beyond the drawing of inputs."""
     assumed = [row for row in rows if row["status"] == _ASSUMED and _is_own(row)]
-    return [
-        row
-        for row in assumed
-        if not row["function"].startswith(_EXTERNAL)
-        and not (row["property kind"] == "user hypothesis" and _TRUSTED.fullmatch(row["property"]))
-    ]
+    return [row for row in assumed if not row["function"].startswith(_EXTERNAL)]
 
 
 def _is_own(row: dict[str, str]) -> bool:

@@ -1,12 +1,17 @@
-"""Frama-C Eva on one controller: the command, and the package's files it is given."""
+"""Frama-C Eva on one controller: the command, and the package's files it is given.
+
+The proof is modular. Each controller is proven with all its own C, and with the contracts of the
+controllers it calls in place of theirs: what a contract promises is claimed, and proven, of the
+part in its own run, for inputs of the same kind."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from servogen.controllers.design import Declaration
-from servogen.emit.driver import driver_file, with_parts
+from servogen.controllers.design import Declaration, Status
+from servogen.emit.driver import contract_file, driver_file
 from servogen.emit.package import CPackage
 from servogen.evidence.prove_read import Proof, read_proof
 from servogen.evidence.tools import run_tool
@@ -32,7 +37,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Job:
-    """One run: a controller with the parts it calls, for one kind of inputs."""
+    """One run: a controller on the contracts of the parts it calls, for one kind of inputs."""
 
     package: CPackage
     declaration: Declaration
@@ -47,8 +52,7 @@ class Job:
 def command(job: Job, whole: str, report: str) -> list[str]:
     """Every loop is unrolled that Eva can bound by the largest of the package's dimensions: all but
     the solver's, which has more than one way out and is taken to its fixpoint."""
-    parts = with_parts(job.declaration, job.package.declarations)
-    largest = max(dim.value for d in parts for dim in d.dimensions) + 1
+    largest = max(_sizes(job.declaration)) + 1
     which, special = INPUTS[job.inputs]
     return [
         "frama-c",
@@ -57,7 +61,7 @@ def command(job: Job, whole: str, report: str) -> list[str]:
         f"-cpp-extra-args=-I. -DSG_EVA_INPUTS={which}",
         f"-warn-special-float={special}",
         f"-eva-auto-loop-unroll={largest}",
-        f"-eva-split-limit={largest}",
+        f"-eva-split-limit={max(largest, len(Status))}",
         whole,
         "-then",
         "-report",
@@ -67,11 +71,37 @@ def command(job: Job, whole: str, report: str) -> list[str]:
 
 
 def whole_text(job: Job) -> str:
-    """The driver, the controller and its parts as one unit: the kernels are in it once, and what
-    Eva keeps apart by a variable of a kernel is kept apart once, not for each part anew."""
-    parts = with_parts(job.declaration, job.package.declarations)
-    files = [*(f"{d.prefix}.c" for d in parts), driver_file(job.declaration.prefix)]
+    """The contracts, the controller and its driver as one unit: the kernels are in it once, and
+    what Eva keeps apart by a variable of a kernel is kept apart once."""
+    files = [
+        *(contract_file(prefix) for prefix in job.declaration.uses),
+        f"{job.declaration.prefix}.c",
+        driver_file(job.declaration.prefix),
+    ]
     return "".join(f'#include "{file}"\n' for file in files)
+
+
+def _sizes(declaration: Declaration) -> list[int]:
+    """Lengths of all loops but the solver's."""
+    ports = [port.size for op in declaration.operations for port in op.inputs + op.outputs]
+    return [*(dim.value for dim in declaration.dimensions), *ports]
+
+
+def meddling(job: Job) -> list[str]:
+    """Places where a controller touches a member of a part otherwise than by copying from it.
+
+    The proof of the part knows the part's own calls only, so nobody else may write to its state;
+    which members may be read is the contract's matter, as it leaves all others unwritten.
+    """
+    file = f"{job.declaration.prefix}.c"
+    parts = [f.name for f in job.declaration.state if f.type in job.declaration.uses]
+    faults = []
+    for number, line in enumerate(job.package.files[file].splitlines(), 1):
+        for part in parts:
+            read = re.sub(rf"\bsg_copy\(\w+, self->{part}\.\w+, ", "", line)
+            if re.search(rf"->\s*{part}\s*(?!,|\))", read.replace(f"&self->{part}", "")):
+                faults.append(f"{file}:{number}: touches the state of {part}: {line.strip()}")
+    return faults
 
 
 def prove(job: Job, folder: Path) -> Proof:
@@ -81,4 +111,5 @@ def prove(job: Job, folder: Path) -> Proof:
     whole.write_text(whole_text(job), encoding="utf-8")
     done = run_tool(command(job, whole.name, path.name), folder)
     table = path.read_text(encoding="utf-8") if path.is_file() else ""
-    return read_proof(done.returncode, done.stdout + done.stderr, table, job.declaration)
+    proof = read_proof(done.returncode, done.stdout + done.stderr, table, job.declaration)
+    return replace(proof, faults=(*meddling(job), *proof.faults))
