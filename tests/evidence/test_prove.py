@@ -25,6 +25,7 @@ from servogen.progress import Silent
 
 SMALL = Variant("eva", horizon=3, points=8, ramp=2, cap=12)
 BARE = Variant("eva0", horizon=0, points=5, ramp=0, precision="float32")
+DOUBLE = Variant("eva0", horizon=0, points=5, ramp=0)
 needs_framac = pytest.mark.skipif(
     shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
 )
@@ -51,6 +52,8 @@ def test_drivers_call_every_entry_point_with_every_input(v):
                 assert f"({values[0]}, {values[1]});" in body
             for port in op.outputs:
                 low, high = ends(port, d.precision)
+                if "." in str(low) and d.precision.name == "float64":
+                    low, high = f"{low}d", f"{high}d"
                 assert f"{low} <= out.{port.name}{'[i]' if port.size else ''} <= {high};" in body
 
 
@@ -303,8 +306,9 @@ def test_a_hand_on_the_state_of_a_part_is_seen(old, new):
 @needs_framac
 @pytest.mark.parametrize("prefix", ["eva0_governor", "eva0_follower", "eva0"])
 @pytest.mark.parametrize("inputs", INPUTS)
-def test_small_controllers_are_proven(prefix, inputs):
-    proof = proof_of(package(BARE), prefix, inputs)
+@pytest.mark.parametrize("v", [BARE, DOUBLE], ids=["float32", "float64"])
+def test_small_controllers_are_proven(prefix, inputs, v):
+    proof = proof_of(package(v), prefix, inputs)
     assert proof.faults == ()
     assert proof.alarms == {}
     assert proof.proven > 8

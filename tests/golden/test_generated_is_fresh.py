@@ -47,7 +47,8 @@ def _blocks(text: str) -> list[tuple[str, list[float]]]:
 
 
 def test_same_files(fresh: dict[str, str]) -> None:
-    assert sorted(path.name for path in COMMITTED.iterdir()) == sorted(fresh), HELP
+    committed = [p.relative_to(COMMITTED) for p in COMMITTED.rglob("*") if p.is_file()]
+    assert sorted(path.as_posix() for path in committed) == sorted(fresh), HELP
 
 
 def _difference(name: str, committed: str, text: str) -> str | None:

@@ -79,6 +79,10 @@ def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:
             return str(int(port.low)), str(int(port.high))
         return real(port.low), real(port.high)
 
+    def exact(literal: str) -> str:
+        """In ACSL a literal without a suffix is the real number, not the double next to it."""
+        return literal if literal.endswith("f") else f"{literal}d"
+
     def drawn(port: Port) -> str:
         """An input of the driver's calls."""
         call = "sg_draw_count" if port.integer else "sg_draw"
@@ -87,7 +91,7 @@ def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:
 
     def claimed(port: Port) -> str:
         """An output: written, finite, and in its range."""
-        low, high = ends(port)
+        low, high = (exact(end) if "." in end else end for end in ends(port))
 
         def claim(e: str) -> str:
             finite = "" if port.integer else f"\\is_finite(out.{e}) && "
