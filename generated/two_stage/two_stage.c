@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
+ * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
  *
  * SPRG-MPC cascade for a two-stage machine
  *
@@ -10,16 +10,16 @@
  *
  * worst case of one call                        add     mul   div    cmp other    load  store stack
  * two_stage_init                                  0       0     0      0     0       0   8900    32
- * two_stage_reset                                 0       0     0     24     0     280  15656    92
- * two_stage_step                            1584636 1473877 28956 199284 39656 2263653 530472  5492
- *   fixed part                                16224   13309     0   6852   896   27885   9948
+ * two_stage_reset                                 0       0     0     30     0     280  15656    92
+ * two_stage_step                            1584636 1473877 28956 200044 39656 2263653 530472  5492
+ *   fixed part                                16224   13309     0   7612   896   27885   9948
  *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   13758   12812   254   1688   340   19612   4566
- * two_stage_predict                              24      24     0     24     0      84     48   236
- * two_stage_plan                            1584626 1473870 28956 199242 39654 2263619 530452  5476
- *   fixed part                                16214   13302     0   6810   894   27851   9928
+ * two_stage_predict                              24      24     0     30     0      84     48   236
+ * two_stage_plan                            1584626 1473870 28956 199994 39654 2263619 530452  5476
+ *   fixed part                                16214   13302     0   7562   894   27851   9928
  *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   13758   12812   254   1688   340   19612   4566
- * two_stage_start                                10       7     0     42     2      36     22   228
- * two_stage_fast_step                            42      36     0     18    15     113     42   204
+ * two_stage_start                                10       7     0     50     2      36     22   228
+ * two_stage_fast_step                            42      36     0     22    17     117     42   204
  */
 #include "two_stage.h"
 #include "two_stage_scalar.h"

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from fast.c.jinja; not to be edited.
- * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
+ * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
  *
  * Fast stage commands (22)-(23) and the feed along the points
  *
  * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
- * of C objects on the stack. Constant tables of this file: 368 bytes.
+ * of C objects on the stack. Constant tables of this file: 384 bytes.
  *
  * worst case of one call   add mul div  cmp other load store stack
  * two_stage_follower_init    0   0   0    0     0    0  6320    28
- * two_stage_follower_reset   0   0   0    8     0    8  6326    40
- * two_stage_follower_push    0   0   0 1200     0  600   300    80
- * two_stage_follower_begin  10   7   0   42     2   26    12   132
+ * two_stage_follower_reset   0   0   0   10     0    8  6326    40
+ * two_stage_follower_push    0   0   0 1500     0  600   300    80
+ * two_stage_follower_begin  10   7   0   50     2   26    12   132
  * two_stage_follower_room    2   1   0    0     1    3     0     8
- * two_stage_follower_step   42  36   0   18    15  108    37   156
+ * two_stage_follower_step   42  36   0   22    17  112    37   156
  */
 #include "two_stage_follower.h"
 #include "two_stage_scalar.h"
@@ -219,7 +219,9 @@ void two_stage_follower_room(const two_stage_follower_t *self, two_stage_followe
 void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step_out *out)
 {
     {
-        const sg_real reference = two_stage_follower_point(self, self->path_x);
+        /* between two points of the path, all of them within its limits */
+        const sg_real reference =
+            sg_bound(two_stage_follower_point(self, self->path_x), -two_stage_follower_end_x, two_stage_follower_end_x);
         const sg_real taken = sg_dot(TWO_STAGE_FOLLOWER_ORDER, two_stage_follower_row_x, self->state_x) +
                               (two_stage_follower_direct_x * self->command_x);
         out->reference_x = reference;
@@ -235,7 +237,9 @@ void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step
         }
     }
     {
-        const sg_real reference = two_stage_follower_point(self, self->path_y);
+        /* between two points of the path, all of them within its limits */
+        const sg_real reference =
+            sg_bound(two_stage_follower_point(self, self->path_y), -two_stage_follower_end_y, two_stage_follower_end_y);
         const sg_real taken = sg_dot(TWO_STAGE_FOLLOWER_ORDER, two_stage_follower_row_y, self->state_y) +
                               (two_stage_follower_direct_y * self->command_y);
         out->reference_y = reference;

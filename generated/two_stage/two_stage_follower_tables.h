@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design b33fc835d3afb2df. */
 /* Constant tables of two_stage_follower; included by two_stage_follower.c only. */
 #ifndef TWO_STAGE_FOLLOWER_TABLES_H
 #define TWO_STAGE_FOLLOWER_TABLES_H
@@ -18,10 +18,14 @@ static const sg_real two_stage_follower_flat_inverse = 0.01;
 static const sg_real two_stage_follower_rate_scale = 0.0033333333333333335;
 /* x: compensation on the command */
 static const sg_real two_stage_follower_direct_x = 1.2709992392075466e-05;
+/* m: no point of the path beyond it */
+static const sg_real two_stage_follower_end_x = 0.4;
 /* m: no fast command beyond it */
 static const sg_real two_stage_follower_limit_x = 0.042;
 /* y: compensation on the command */
 static const sg_real two_stage_follower_direct_y = 1.2709992392075466e-05;
+/* m: no point of the path beyond it */
+static const sg_real two_stage_follower_end_y = 0.4;
 /* m: no fast command beyond it */
 static const sg_real two_stage_follower_limit_y = 0.042;
 

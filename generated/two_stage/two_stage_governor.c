@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from governor.c.jinja; not to be edited.
- * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
+ * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
  *
  * Spatial reference governor (14)-(15), both axes
  *
@@ -10,7 +10,7 @@
  *
  * worst case of one call   add mul div  cmp other load store stack
  * two_stage_governor_init    0   0   0    0     0    0   604    24
- * two_stage_governor_step 1928 396   0 3704   632 5403   742   404
+ * two_stage_governor_step 1928 396   0 4016   632 5403   742   404
  */
 #include "two_stage_governor.h"
 #include "two_stage_scalar.h"
@@ -135,11 +135,9 @@ static int32_t two_stage_governor_search(const two_stage_governor_t *self, const
  * one is bounded even where it is not in range (a NaN becomes the lower limit). */
 static void two_stage_governor_extremes(two_stage_governor_t *self, const two_stage_governor_step_in *in, int32_t n_points)
 {
-    self->least_x[0] = sg_clamp(in->last_x, -two_stage_governor_limit_x, two_stage_governor_limit_x);
-    /*@ admit !\is_NaN(self->least_x[0]); */
+    self->least_x[0] = sg_clamp_any(in->last_x, -two_stage_governor_limit_x, two_stage_governor_limit_x);
     self->greatest_x[0] = self->least_x[0];
-    self->least_y[0] = sg_clamp(in->last_y, -two_stage_governor_limit_y, two_stage_governor_limit_y);
-    /*@ admit !\is_NaN(self->least_y[0]); */
+    self->least_y[0] = sg_clamp_any(in->last_y, -two_stage_governor_limit_y, two_stage_governor_limit_y);
     self->greatest_y[0] = self->least_y[0];
     SG_PRAGMA("MUST_ITERATE(150, 150)")
     for (int i = 0; i < TWO_STAGE_GOVERNOR_POINTS; i++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from mpc.c.jinja; not to be edited.
- * Design a8aa48e46857ea0fa5d2163d56945c7bec29363ac779df1223d599eaf203d691.
+ * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
  *
  * Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1
  *
@@ -10,13 +10,13 @@
  *
  * worst case of one call                       add    mul   div   cmp other    load  store stack
  * two_stage_mpc_init                             0      0     0     0     0       0    923    24
- * two_stage_mpc_reset                            0      0     0     4     0     128    150    48
- * two_stage_mpc_seed                             0      0     0     4     0      21     20    48
- * two_stage_mpc_candidate                      228    228     0    12     0     598    348   196
- * two_stage_mpc_step                        791081 736509 14478 97067 19491 1127642 263610   436
- *   fixed part                                6875   6225     0   851   111    9758   3348
+ * two_stage_mpc_reset                            0      0     0     5     0     128    150    48
+ * two_stage_mpc_seed                             0      0     0     5     0      21     20    48
+ * two_stage_mpc_candidate                      228    228     0    15     0     598    348   196
+ * two_stage_mpc_step                        791081 736509 14478 97131 19491 1127642 263610   436
+ *   fixed part                                6875   6225     0   915   111    9758   3348
  *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   6879   6406   127   844   170    9806   2283
- * two_stage_mpc_hold                            12     12     0    50    23     145     85   184
+ * two_stage_mpc_hold                            12     12     0    51    23     145     85   184
  */
 #include "two_stage_mpc.h"
 #include "two_stage_scalar.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design a8aa48e46857ea0f. */
+/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design b33fc835d3afb2df. */
 /* The scalar of the kernels, and the kernels: for the sources of two_stage only. */
 #ifndef TWO_STAGE_SCALAR_H
 #define TWO_STAGE_SCALAR_H
