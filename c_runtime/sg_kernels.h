@@ -42,7 +42,7 @@ static inline sg_real sg_clamp_any(sg_real x, sg_real low, sg_real high)
 /*
  * sg_bound, sg_bound_below and sg_bound_count keep what they are given in an interval that it does not
  * leave: they are for the proof, which looks at one number at a time and cannot see why. Each place says
- * why.
+ * why; `servogen check prove` also counts that none ever changes a number in the closed loop.
  */
 static inline sg_real sg_bound(sg_real x, sg_real low, sg_real high)
 {
