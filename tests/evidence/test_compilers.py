@@ -58,7 +58,7 @@ def test_headers_stand_alone_and_serve_cpp(name: str) -> None:
     made = package(VARIANTS[name])
     folder = written(made)
     assert compilers_strict.headers(made, found("gcc"), folder) == []
-    assert len(compilers_strict.header_files(made)) == sum(n.endswith(".h") for n in made.files)
+    assert len(compilers_strict.header_files(made)) == sum(n.endswith(".h") for n in made.code)
     compiler = next(c for c in find_compilers().compilers if c.plus)
     for standard in ("c++98", "c++20"):
         assert compilers_strict.from_cpp(compiler, standard, folder) == []

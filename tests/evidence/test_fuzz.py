@@ -28,7 +28,7 @@ PLANTED = {
         "    for (int i = 0; i < FUZZED_FOLLOWER_INTERVALS; i++) {",
         "out of bounds",
     ),
-    "unguarded NaN": (KERNELS, "if (!(x >= low)) {", "if (x < low) {", "not finite"),
+    "unguarded NaN": (KERNELS, "if (!(x == x)) {", "if (x > x) {", "not finite"),
     "not reset": ("fuzzed_follower.c", "    self->along = (sg_real)0;\n", "", "differs"),
     "hidden state": (
         "fuzzed_follower.c",
@@ -56,11 +56,6 @@ PLANTED = {
 def test_the_kept_corpus_finds_what_is_planted(name, tmp_path):
     file, old, new, complaint = PLANTED[name]
     made = changed(package(BASE), file, old, new)
-    if name == "unguarded NaN":
-        for further in (("if (!(x <= high)) {", "if (x > high) {"),):
-            made = changed(made, KERNELS, *further)
-        made = changed(made, KERNELS, "if (!(x >= -SG_REAL_MAX)) {", "if (x < -SG_REAL_MAX) {")
-        made = changed(made, KERNELS, "if (!(x <= SG_REAL_MAX)) {", "if (x > SG_REAL_MAX) {")
     _, faults = replay(subject(BASE, made), tmp_path, corpus_dir(), ["fuzzed_follower"])
     assert faults, f"nothing noticed {name!r}"
     assert complaint in " ".join(faults)

@@ -38,7 +38,14 @@ class CPackage:
     @property
     def sources(self) -> list[str]:
         """The C to compile."""
-        return [f for f in self.files if f.endswith(".c") and not is_driver(f)]
+        return [f for f in self.code if f.endswith(".c")]
+
+    @property
+    def code(self) -> dict[str, str]:
+        """The sources and the headers of the firmware, without what only a prover reads."""
+        return {
+            f: t for f, t in self.files.items() if f.endswith((".c", ".h")) and not is_driver(f)
+        }
 
     def write(self, folder: Path) -> None:
         """All files into ``folder``, whatever is there."""

@@ -45,8 +45,8 @@ def faults(package: CPackage, folder: Path) -> list[str]:
 def misplaced_tables(package: CPackage) -> list[str]:
     """Tables that do not stand in a ``_tables.h``, and declared ones that stand nowhere."""
     found = []
-    for name, text in package.files.items():
-        if name.endswith((".c", ".h")) and not name.endswith("_tables.h"):
+    for name, text in package.code.items():
+        if not name.endswith("_tables.h"):
             for initialiser in _INITIALISER.findall(text):
                 if len(initialiser.split(",")) > LARGE:
                     found.append(f"{name} holds a table of {len(initialiser.split(','))} numbers")

@@ -19,12 +19,11 @@ def write(package: CPackage, folder: Path) -> None:
     """The sources and headers, and the files that include them."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in {
-        **package.files,
+        **package.code,
         **header_files(package),
         "caller.cpp": _caller(package),
     }.items():
-        if name.endswith((".c", ".h", ".cpp")):
-            (folder / name).write_text(text, encoding="utf-8")
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def sources(package: CPackage, compiler: Compiler, level: str, folder: Path) -> list[str]:
@@ -51,7 +50,7 @@ def header_files(package: CPackage) -> dict[str, str]:
     public = included(package.files, [f"{d.prefix}.h" for d in package.declarations])
     scalar = f"{package.name}_scalar.h"
     files = {}
-    for name in sorted(package.files):
+    for name in sorted(package.code):
         if name.endswith(".h"):
             before = "" if name in public or name == scalar else f'#include "{scalar}"\n'
             text = f'{before}#include "{name}"\n#include "{name}"\nextern int nothing;\n'

@@ -22,7 +22,6 @@ from pathlib import Path
 from subprocess import CompletedProcess
 from tempfile import TemporaryDirectory
 
-from servogen.emit.driver import is_driver
 from servogen.emit.package import CPackage, included, signature
 from servogen.evidence.misra_tool import Cppcheck
 from servogen.evidence.tools import run_tool
@@ -91,9 +90,7 @@ class _Run:
     def __init__(self, package: CPackage, tool: Cppcheck, python: str, folder: Path) -> None:
         self.package, self.tool, self.folder = package, tool, folder
         self.begins: dict[str, int] = {}
-        self.texts = {
-            n: t for n, t in package.files.items() if n.endswith((".c", ".h")) and not is_driver(n)
-        }
+        self.texts = package.code
         self.report = Report(files=tuple(sorted(included(package.files, package.sources))))
         for name in sorted(set(self.texts) - set(self.report.files)):
             self._fault(f"no source includes {name}")

@@ -149,7 +149,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "the last reference as it comes", "dropped clamp", "@p_governor.c",
-        "sg_clamp(in->last_x, -@p_governor_limit_x, @p_governor_limit_x)", "in->last_x",
+        "sg_clamp_any(in->last_x, -@p_governor_limit_x, @p_governor_limit_x)", "in->last_x",
         "a NaN that was refused is handed on all the same",
     ),
     Fault(
@@ -161,8 +161,8 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "infinity out of range", "wrong status", "sg_kernels.h",
-        "if (!(x <= SG_REAL_MAX)) {\n        status = SG_NOT_FINITE;",
-        "if (!(x <= SG_REAL_MAX)) {\n        status = SG_OUT_OF_RANGE;",
+        "if (x > SG_REAL_MAX) {\n        status = SG_NOT_FINITE;",
+        "if (x > SG_REAL_MAX) {\n        status = SG_OUT_OF_RANGE;",
         "the caller hears of a range where a number is no number",
     ),
     Fault(
