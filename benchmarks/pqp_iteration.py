@@ -23,7 +23,7 @@ from servogen.precision import PRECISIONS, Precision
 from servogen.progress import Silent
 from servogen.project import load_project
 from servogen.resources import resource_dir
-from servogen.steps.prepare import prepare
+from servogen.steps.two_stage import prepare_two_stage
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "two_stage" / "servogen.toml"
 FLAGS = ["-std=c99", "-O3", "-ffp-contract=off"]
@@ -93,7 +93,7 @@ def table(name: str, values: np.ndarray, precision: Precision) -> str:
 
 
 def write_program(folder: Path, precision: Precision) -> None:
-    prepared = prepare(load_project(EXAMPLE), Silent())
+    prepared = prepare_two_stage(load_project(EXAMPLE), Silent())
     mpc = prepared.in_precision(precision).mpc
     assert mpc is not None
     pqp, rng = mpc[0].pqp, np.random.default_rng(1)

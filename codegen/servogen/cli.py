@@ -222,9 +222,9 @@ def _run_step(
 
     What costs seconds to import is imported here, after the project file has been found well.
     """
-    from servogen.project import load_project
+    from servogen.project.systems import load_any_project
 
-    project = load_project(toml)
+    project = load_any_project(toml)
     # Before the work, so that a mistyped place costs a second and not minutes.
     if place is not None:
         place()

@@ -3,92 +3,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Any, TypeVar
 
 from servogen.evidence.certificate import NOT_RUN, Certificate
-from servogen.evidence.finding import FOLDER, Finding
+from servogen.evidence.finding import FOLDER
 from servogen.evidence.finding import keep as keep_finding
 from servogen.jsontext import json_text
 from servogen.outputs import write_file
 from servogen.progress import Progress
-from servogen.project import Project
+from servogen.project.systems import AnyProject
 from servogen.steps import build as building
 from servogen.steps import check as checking
-from servogen.steps import compare as comparing
 from servogen.steps import count as counting
 from servogen.steps import equivalence as proving
 from servogen.steps import findings as finding
 from servogen.steps import reporting
-from servogen.steps import simulate as simulating
 from servogen.steps.prepare import prepare
-
-
-class Result(Protocol):
-    """See ``cli.Result``."""
-
-    @property
-    def passed(self) -> bool: ...
-
-    def lines(self) -> list[str]: ...
-
-    def to_json(self) -> Mapping[str, object]: ...
-
+from servogen.steps.system import Findings, Result, Simulation
 
 Kept = TypeVar("Kept", bound=Result)
 
 
-def build(project: Project, out: Path, progress: Progress) -> building.BuildResult:
+def build(project: AnyProject, out: Path, progress: Progress) -> building.BuildResult:
     """Emit the C package into ``out``."""
     return building.build(prepare(project, progress), out)
 
 
-def sil(project: Project, steps: int | None, progress: Progress) -> proving.SilResult:
+def sil(project: AnyProject, steps: int | None, progress: Progress) -> proving.SilResult:
     """Prove the C equal to the reference."""
     return proving.equivalence(prepare(project, progress), steps, progress)
 
 
 def wcet(
-    project: Project, target: str | None, all_targets: bool, progress: Progress
+    project: AnyProject, target: str | None, all_targets: bool, progress: Progress
 ) -> counting.WcetResult:
     """Count the C and hold it to the target's budget."""
     return counting.count(prepare(project, progress), target, all_targets)
 
 
-def simulate(project: Project, reference: bool, progress: Progress) -> simulating.SimulateResult:
-    """Process the whole path."""
-    return simulating.simulate(prepare(project, progress), reference, progress)
+def simulate(project: AnyProject, reference: bool, progress: Progress) -> Simulation:
+    """The whole of the project's own task."""
+    prepared = prepare(project, progress)
+    result: Simulation = prepared.system.simulate(prepared.package, reference, progress)
+    return result
 
 
-def study(project: Project, progress: Progress) -> comparing.StudyResult:
-    """The paper's Table I."""
-    return comparing.compare(prepare(project, progress), progress)
+def study(project: AnyProject, progress: Progress) -> Result:
+    """The paper's comparison."""
+    result: Result = prepare(project, progress).system.study(progress)
+    return result
 
 
-def check(project: Project, name: str, out: Path, progress: Progress) -> checking.CheckResult:
+def check(project: AnyProject, name: str, out: Path, progress: Progress) -> checking.CheckResult:
     """One piece of evidence, kept in ``out``."""
     return checking.check(prepare(project, progress), name, out, progress)
 
 
-def certificate(project: Project, out: Path, progress: Progress) -> Certificate:
+def certificate(project: AnyProject, out: Path, progress: Progress) -> Certificate:
     """What is kept in ``out`` about this build, as one certificate."""
     return checking.certify(prepare(project, progress), out)
 
 
-def report(project: Project, out: Path, progress: Progress) -> reporting.ReportResult:
+def report(project: AnyProject, out: Path, progress: Progress) -> reporting.ReportResult:
     """The report of everything that can be computed without being asked (all but the study), and
     of the evidence kept beside ``out``."""
     prepared = prepare(project, progress)
     evidence = (out.parent / FOLDER).is_dir()
-    found = reporting.Findings(
-        prepared=prepared,
-        simulated=simulating.simulate(prepared, False, progress),
-        wcet=counting.survey(prepared),
+    system = prepared.system
+    found: Findings[Any, Any] = Findings(
+        simulated=system.simulate(prepared.package, False, progress),
+        build=building.BuildResult(prepared.package, out, system.figures).to_json(),
+        wcet=counting.survey(prepared).to_json(),
         certificate=checking.certify(prepared, out.parent) if evidence else None,
     )
-    return reporting.report(found, out)
+    return reporting.report(system, found, out)
 
 
 @dataclass(frozen=True)
@@ -118,10 +108,11 @@ class RunResult:
         }
 
 
-def run(project: Project, out: Path, progress: Progress) -> RunResult:
-    """Build, prove the sets, sil, wcet, simulate, study, certificate, report; the results as JSON
-    beside them, and as evidence about the C that was built."""
+def run(project: AnyProject, out: Path, progress: Progress) -> RunResult:
+    """Build, proofs, sil, wcet, simulate, study, certificate, report; the results as JSON beside
+    them, and as evidence about the C that was built."""
     prepared = prepare(project, progress)
+    system = prepared.system
     bench = checking.bench_of(prepared)
     origin = checking.origin_of(project)
     steps: dict[str, Result] = {}
@@ -132,21 +123,21 @@ def run(project: Project, out: Path, progress: Progress) -> RunResult:
         write_file(out / f"{name}.json", json_text(step.to_json()))
         return step
 
-    def found(name: str, what: Finding) -> None:
-        steps[name] = checking.CheckResult(what)
+    made = keep("build", building.build(prepared, out / "c"))
+    for proof in system.proofs:
+        what = finding.proof_finding(proof, bench, progress)
+        steps[proof.name] = checking.CheckResult(what)
         keep_finding(what, out, origin)
-
-    keep("build", building.build(prepared, out / "c"))
-    found("sets", finding.sets_finding(prepared, bench))
-    found("terminal", finding.terminal_finding(prepared, bench))
     proven = keep("sil", proving.equivalence(prepared, None, progress))
     keep_finding(finding.sil_finding(proven, bench), out, origin)
     counted = keep("wcet", counting.survey(prepared))
     keep_finding(finding.wcet_finding(counted, bench), out, origin)
-    simulated = keep("simulate", simulating.simulate(prepared, False, progress))
+    simulated = keep("simulate", system.simulate(prepared.package, False, progress))
     keep_finding(finding.simulate_finding(simulated, bench), out, origin)
-    studied = keep("study", comparing.compare(prepared, progress))
+    studied = keep("study", system.study(progress))
     steps["evidence"] = certified = checking.certify(prepared, out)
-    shown = reporting.Findings(prepared, simulated, counted, proven, studied, certified)
-    keep("report", reporting.report(shown, out / "report.html"))
+    shown = Findings(
+        simulated, made.to_json(), counted.to_json(), proven.to_json(), studied, certified
+    )
+    keep("report", reporting.report(system, shown, out / "report.html"))
     return RunResult(steps, certified)

@@ -27,12 +27,12 @@ def subject(v: Variant, made: CPackage | None = None) -> Subject:
             for case in suite(design(v), SEED, count)
         ]
 
-    def loop(periods: int | None) -> Play:
+    def loops(periods: int | None) -> list[Play]:
         recorder = Recorder(Cascade(design(v)))
         run(recorder, v, zigzag(seconds=0.6), periods or 60)
-        return recorder.play("closed loop")
+        return [recorder.play("closed loop")]
 
-    return Subject(made or package(v), PRECISIONS[v.precision], None, plays, loop)
+    return Subject(made or package(v), PRECISIONS[v.precision], None, plays, loops)
 
 
 def bench(v: Variant) -> Bench:

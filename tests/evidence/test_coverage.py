@@ -34,7 +34,7 @@ STEPS = 120
 @cache
 def covered(name: str) -> Covered:
     one = subject(VARIANTS[name])
-    return cover(one, [*one.suite(STEPS), one.closed_loop(None)], reviewed())
+    return cover(one, [*one.suite(STEPS), *one.closed_loops(None)], reviewed())
 
 
 @pytest.mark.parametrize("name", VARIANTS)

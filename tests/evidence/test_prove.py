@@ -226,7 +226,7 @@ def test_a_bound_that_binds_in_the_closed_loop_is_counted(tmp_path):
     narrow = f"{table[:place]}eva_mpc_bound[3] = {{ 0.01, 0.01, 0.01 {table[end:]}"
     tight = replace(made, files={**made.files, "eva_mpc_tables.h": narrow})
     one = subject(SMALL, tight)
-    assert sum(binding(one, [one.closed_loop(None)], tmp_path).values()) > 0
+    assert sum(binding(one, one.closed_loops(None), tmp_path).values()) > 0
 
 
 def proof_of(made: CPackage, prefix: str, inputs: str) -> Proof:

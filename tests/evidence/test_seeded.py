@@ -35,7 +35,7 @@ def sound() -> Bench:
 @cache
 def equivalence() -> Equivalence:
     (own,) = sound().subjects
-    check = Equivalence({own.precision.name: [*own.suite(60), own.closed_loop(60)]})
+    check = Equivalence({own.precision.name: [*own.suite(60), *own.closed_loops(60)]})
     check.learn(sound())
     return check
 

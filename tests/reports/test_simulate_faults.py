@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from servogen.reports import ReportData
-from servogen.steps.simulate import SimulateResult
+from servogen.steps.two_stage_run import SimulateResult
 
 
 def result(data: ReportData, limit_m: float = 1.0, **changes: object) -> SimulateResult:

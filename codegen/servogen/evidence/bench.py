@@ -23,15 +23,15 @@ class Subject:
         counts: the static worst case of every entry point.
         suite: edges and random calls of every controller, as ``servogen sil`` makes them; the
             argument is how many random steps each.
-        closed_loop: the whole controller's calls around its plant, for so many slow periods or
-            (None) to the end of the path.
+        closed_loops: the calls of the controllers that users call, each around its plant, for so
+            many periods or (None) to the end.
     """
 
     package: CPackage
     precision: Precision
     counts: PackageCount
     suite: Callable[[int], list[Play]]
-    closed_loop: Callable[[int | None], Play]
+    closed_loops: Callable[[int | None], list[Play]]
 
     @property
     def digest(self) -> str:

@@ -54,7 +54,7 @@ def run(bench: Bench, progress: Progress) -> Finding:
                 task.advance()
             tally.add("tables", compilers_objects.misplaced_tables(subject.package))
             faults += [f"{subject.precision.name}: {f}" for f in tally.faults[before:]]
-            plays = [*subject.suite(RANDOM_CALLS), subject.closed_loop(None)]
+            plays = [*subject.suite(RANDOM_CALLS), *subject.closed_loops(None)]
             told = compare(subject.package, plays, found.compilers, folder)
             faults += [f"{subject.precision.name}: {f}" for f in told.faults]
             not_run += [text for text in told.not_run if text not in not_run]

@@ -44,7 +44,7 @@ def run(bench: Bench, progress: Progress) -> Finding:
 def played(subject: Subject) -> list[Play]:
     """Edges, the random calls, the whole closed loop."""
     steps = -(-RANDOM_CALLS // len(subject.package.declarations))
-    return [*subject.suite(steps), subject.closed_loop(None)]
+    return [*subject.suite(steps), *subject.closed_loops(None)]
 
 
 def judge(subject: Subject, plays: Sequence[Play], runs: Runs) -> list[str]:

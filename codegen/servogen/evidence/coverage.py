@@ -53,7 +53,7 @@ def run(bench: Bench, progress: Progress) -> Finding:
     results: dict[str, Covered] = {}
     with progress.task("Branches reached", total=len(bench.subjects)) as task:
         for subject in bench.subjects:
-            plays = [*subject.suite(STEPS), subject.closed_loop(None)]
+            plays = [*subject.suite(STEPS), *subject.closed_loops(None)]
             results[subject.precision.name] = cover(subject, plays, entries)
             task.advance()
     faults = [f"{name}: {fault}" for name, r in results.items() for fault in r.faults]

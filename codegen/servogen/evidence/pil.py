@@ -168,7 +168,7 @@ def examine(
 
 def _stands(subject: Subject, folder: Path) -> tuple[Stand, Stand]:
     """With all calls, and with the first."""
-    plays = [*subject.suite(RANDOM_STEPS), subject.closed_loop(None)]
+    plays = [*subject.suite(RANDOM_STEPS), *subject.closed_loops(None)]
     stand = make_stand(subject, plays, folder)
     return stand, within(stand, "short", LEVEL_BUDGET)
 

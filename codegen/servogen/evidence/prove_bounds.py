@@ -79,11 +79,11 @@ def binding(subject: Subject, plays: Sequence[Play], folder: Path) -> dict[str, 
 
 def judge_bounds(subject: Subject, folder: Path) -> tuple[dict[str, object], list[str]]:
     """Figures and faults: none may bind in the closed loop, some may on garbage."""
-    loop, suite = subject.closed_loop(None), subject.suite(RANDOM_STEPS)
-    bound = binding(subject, [loop], folder / "loop")
+    loops, suite = subject.closed_loops(None), subject.suite(RANDOM_STEPS)
+    bound = binding(subject, loops, folder / "loop")
     figures: dict[str, object] = {
         "places": bound_places(subject.package),
-        "closed_loop_calls": sum(times for _, times in loop.counted()),
+        "closed_loop_calls": sum(times for play in loops for _, times in play.counted()),
         "closed_loop": bound,
         "suite_calls": sum(times for play in suite for _, times in play.counted()),
         "suite": binding(subject, suite, folder / "suite"),

@@ -35,7 +35,7 @@ def run(bench: Bench, progress: Progress) -> Finding:
     with progress.task("Sanitizers", total=len(bench.subjects)) as task:
         for subject in bench.subjects:
             name = subject.precision.name
-            plays = [*subject.suite(STEPS), subject.closed_loop(PERIODS)]
+            plays = [*subject.suite(STEPS), *subject.closed_loops(PERIODS)]
             calls = sum(times for play in plays for _, times in play.counted())
             with tempfile.TemporaryDirectory(prefix="servogen-sanitizers-") as folder:
                 found = play_sanitized(subject, plays, Path(folder, "player"))

@@ -83,7 +83,7 @@ def _asked(column: Column, mutant: Bench, kept: Kept | None) -> str:
 def columns_for(bench: Bench, names: Sequence[str], kept: Kept) -> list[Column]:
     """The quick checks, learned from the sound bench, and the catalogue's, tried on it first."""
     equivalence = Equivalence(
-        {s.precision.name: [*s.suite(STEPS), s.closed_loop(PERIODS)] for s in bench.subjects}
+        {s.precision.name: [*s.suite(STEPS), *s.closed_loops(PERIODS)] for s in bench.subjects}
     )
     equivalence.learn(bench)
     counts = StaticCount()
@@ -138,7 +138,7 @@ def shortened(bench: Bench, steps: int | None, periods: int | None) -> Bench:
         return replace(
             subject,
             suite=lambda count: subject.suite(min(count, steps)),
-            closed_loop=lambda asked: subject.closed_loop(periods),
+            closed_loops=lambda asked: subject.closed_loops(periods),
         )
 
     return replace(bench, subjects=tuple(fewer(s) for s in bench.subjects))
@@ -147,5 +147,5 @@ def shortened(bench: Bench, steps: int | None, periods: int | None) -> Bench:
 def remembered(bench: Bench) -> Bench:
     """The bench in its own precision alone; what is costly to record is recorded once."""
     own = bench.subjects[0]
-    kept: Subject = replace(own, suite=cache(own.suite), closed_loop=cache(own.closed_loop))
+    kept: Subject = replace(own, suite=cache(own.suite), closed_loops=cache(own.closed_loops))
     return replace(bench, subjects=(kept,))

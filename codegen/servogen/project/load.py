@@ -51,6 +51,13 @@ class Project:
     output: Output
     target: Target
 
+    @property
+    def sources(self) -> tuple[Path, ...]:
+        """Every file that the machine is made from: this one, the drawing, models in Python."""
+        stages = [stage for _, axis in self.machine.axes for stage in (axis.slow, axis.fast)]
+        models = [Path(stage.file) for stage in stages if stage.model == "python"]
+        return (self.file, Path(self.path.file), *models)
+
     def resolve(self, name: str) -> Path:
         """A file that the project names, relative to the project file's folder."""
         return self.file.parent / name

@@ -47,6 +47,11 @@ class ServoProject:
     target: ServoTarget
 
     @property
+    def sources(self) -> tuple[Path, ...]:
+        """Every file that the drive is made from."""
+        return (self.file,)
+
+    @property
     def ratio(self) -> int:
         return round(self.sampling.sample_time_s / self.sampling.current_sample_time_s)
 

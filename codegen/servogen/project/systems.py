@@ -12,9 +12,10 @@ from servogen.project.toml_text import read_toml
 from servogen.project.translate import value_text
 
 SYSTEMS = ("two_stage", "servo_drive")
+AnyProject = Project | ServoProject
 
 
-def load_any_project(path: Path) -> Project | ServoProject:
+def load_any_project(path: Path) -> AnyProject:
     """Read and validate a project file by its key ``system``.
 
     Raises:

@@ -124,6 +124,28 @@ class Repeating(Reference, Protocol):
         """(count, outputs)."""
 
 
+class Stepwise:
+    """A reference that repeats an operation call by call, unless it has a way of its own."""
+
+    def __init__(self, reference: Reference) -> None:
+        self.reference, self.declaration = reference, reference.declaration
+
+    def call(
+        self, operation: str, inputs: Mapping[str, Value] | None = None
+    ) -> tuple[Status, dict[str, Value]]:
+        """See ``Reference``."""
+        return self.reference.call(operation, inputs)
+
+    def repeat(self, operation: str, count: int) -> FloatArray:
+        """See ``Repeating``."""
+        own = getattr(self.reference, "repeat", None)
+        if own is not None:
+            found: FloatArray = own(operation, count)
+            return found
+        rows = [list(self.call(operation)[1].values()) for _ in range(count)]
+        return np.array(rows, dtype=self.declaration.precision.dtype)
+
+
 class Twin:
     """Both controllers behind one ``call``: a closed loop runs on the C, the reference follows."""
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from servogen.emit.package import CPackage
 from servogen.outputs import write_tree
 from servogen.steps.prepare import Prepared
+from servogen.steps.system import Simulated, Studied
 
 SCHEMA = "servogen.build/1"
 
 
 @dataclass(frozen=True)
 class BuildResult:
-    """What was written, and where."""
+    """What was written, and where; ``figures``: what the system says about its design."""
 
     package: CPackage
     out: Path
-    cap: int
+    figures: Mapping[str, object] = field(default_factory=dict)
     passed: bool = True
 
     def lines(self) -> list[str]:
@@ -36,15 +38,14 @@ class BuildResult:
             "package": self.package.name,
             "design_hash": self.package.hash,
             "precision": self.package.declarations[0].precision.name,
-            "iteration_cap": self.cap,
+            **self.figures,
             "files": {name: len(text.encode()) for name, text in self.package.files.items()},
             "table_bytes": {d.prefix: d.table_bytes for d in self.package.declarations},
         }
 
 
-def build(prepared: Prepared, out: Path) -> BuildResult:
+def build(prepared: Prepared[Simulated, Studied], out: Path) -> BuildResult:
     """Emit and write, whole or not at all."""
     package = prepared.package
     write_tree(out, package.files)
-    cap = prepared.tuning.solver.cap if prepared.tuning.horizon else 0
-    return BuildResult(package, out, cap)
+    return BuildResult(package, out, prepared.system.figures)

@@ -10,7 +10,9 @@ from servogen.emit.package import CPackage
 from servogen.errors import InputError
 from servogen.steps.count_text import entry_table, target_table
 from servogen.steps.counted import budgets, memory
-from servogen.steps.prepare import Prepared, project_target
+from servogen.steps.prepare import Prepared
+from servogen.steps.system import Simulated, Studied
+from servogen.steps.target import project_target
 from servogen.wcet.allowance import Allowance
 from servogen.wcet.memory import Memory
 from servogen.wcet.package import PackageCount
@@ -156,15 +158,16 @@ def _calls(calls: Mapping[str, int]) -> str:
     return " + ".join(f"{number} {name}" if number > 1 else name for name, number in calls.items())
 
 
-def count(prepared: Prepared, target_name: str | None, all_targets: bool = False) -> WcetResult:
+def count(
+    prepared: Prepared[Simulated, Studied], target_name: str | None, all_targets: bool = False
+) -> WcetResult:
     """Count every entry point; hold those that run periodically to the target's budget.
 
     Raises:
         InputError: no such target, or one without cycles for the precision.
     """
-    project = prepared.machine.project
+    project, precision = prepared.project, prepared.precision
     target = project_target(project, target_name)
-    precision = prepared.machine.precision
     package, counts = prepared.package_in(precision), prepared.counts_in(precision)
     fit = fit_of(package, counts, target, project.target.share)
     if fit.missing:
@@ -179,7 +182,7 @@ def count(prepared: Prepared, target_name: str | None, all_targets: bool = False
     )
 
 
-def survey(prepared: Prepared) -> WcetResult:
+def survey(prepared: Prepared[Simulated, Studied]) -> WcetResult:
     """On the project's target and on all others, told briefly."""
     return replace(count(prepared, None, all_targets=True), brief=True)
 

@@ -5,20 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from servogen.controllers.cascade import Cascade
-from servogen.controllers.cascade_design import CascadeDesign, declare_parts
-from servogen.errors import CheckFailed
 from servogen.precision import FLOAT32, FLOAT64, Precision
 from servogen.progress import Progress
 from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
-from servogen.sil.harness import Agreement, Twin, compare
-from servogen.sil.scenarios import suite
+from servogen.sil.harness import Agreement, Stepwise, Twin, compare
 from servogen.steps.prepare import Prepared
-from servogen.systems.closed_loop import Stalled, run_closed_loop
-from servogen.systems.metrics import bounds
+from servogen.steps.system import ClosedLoop, LoopEnd, Simulated, Studied, System
 
 SCHEMA = "servogen.sil/1"
 # The references compute the bits of the C, so values may not differ at all.
@@ -39,17 +32,16 @@ class Scenario:
 
 @dataclass(frozen=True)
 class LoopCheck:
-    """The closed loop of one precision: finished, and its constraints kept."""
+    """A closed loop in one precision: finished where all of it was run, and its limits kept."""
 
     precision: str
-    periods: int
-    whole_path: bool
-    complete: bool
-    constraints_kept: bool
+    loop: ClosedLoop
+    end: LoopEnd
+    whole: bool
 
     @property
     def passed(self) -> bool:
-        return self.constraints_kept and (self.complete or not self.whole_path)
+        return self.end.kept and (self.end.complete or not self.whole)
 
 
 @dataclass(frozen=True)
@@ -83,11 +75,11 @@ class SilResult:
             for s in self.scenarios
             if not s.agreement.passed
         ]
-        for loop in self.loops:
-            state = "kept" if loop.constraints_kept else "BROKEN"
+        for check in self.loops:
+            state = "kept" if check.end.kept else "BROKEN"
             lines.append(
-                f"          {loop.precision} closed loop: {loop.periods} slow periods, "
-                f"constraints {state}{'' if loop.passed else ', FAILED'}"
+                f"          {check.precision} {check.loop.name}: {check.end.periods} "
+                f"{check.loop.steps}, constraints {state}{'' if check.passed else ', FAILED'}"
             )
         return lines
 
@@ -112,43 +104,49 @@ class SilResult:
             ],
             "closed_loops": [
                 {
-                    "precision": loop.precision,
-                    "periods": loop.periods,
-                    "whole_path": loop.whole_path,
-                    "complete": loop.complete,
-                    "constraints_kept": loop.constraints_kept,
-                    "passed": loop.passed,
+                    "controller": check.loop.prefix,
+                    "precision": check.precision,
+                    "periods": check.end.periods,
+                    "whole_path": check.whole,
+                    "complete": check.end.complete,
+                    "constraints_kept": check.end.kept,
+                    "passed": check.passed,
                 }
-                for loop in self.loops
+                for check in self.loops
             ],
         }
 
 
-def equivalence(prepared: Prepared, steps: int | None, progress: Progress) -> SilResult:
-    """Compare every controller of the design on its own and the cascade in its closed loop.
+def equivalence(
+    prepared: Prepared[Simulated, Studied], steps: int | None, progress: Progress
+) -> SilResult:
+    """Compare every controller of the design on its own and those that users call in their loops.
+
+    Args:
+        steps: periods of a loop to compare; None: all.
 
     Raises:
         CheckFailed: a closed loop stalled.
     """
     scenarios: list[Scenario] = []
     loops: list[LoopCheck] = []
-    order = sorted((FLOAT64, FLOAT32), key=lambda p: p is not prepared.machine.precision)
+    order = sorted((FLOAT64, FLOAT32), key=lambda p: p is not prepared.precision)
     for precision in order:
-        design = prepared.in_precision(precision)
         with built(prepared.package_in(precision)) as module:
-            scenarios += _suite(module, design, precision, progress)
-            scenario, loop = _closed_loop(prepared, module, design, precision, steps, progress)
-            scenarios.append(scenario)
-            loops.append(loop)
+            scenarios += _suite(module, prepared.system, precision, progress)
+            for loop in prepared.system.loops(precision):
+                scenario, check = _closed_loop(loop, module, precision, steps, progress)
+                scenarios.append(scenario)
+                loops.append(check)
     return SilResult(scenarios, loops)
 
 
 def _suite(
-    module: Any, design: CascadeDesign, precision: Precision, progress: Progress
+    module: Any, system: System[Simulated, Studied], precision: Precision, progress: Progress
 ) -> list[Scenario]:
     found = []
     with progress.task(f"Random calls and edges, {precision.name}") as task:
-        for case in suite(design, SEED, RANDOM_CALLS):
+        for case in system.scenarios(precision, SEED, RANDOM_CALLS):
             reference = case.reference()
             compiled = CompiledController(module, reference.declaration)
             agreement = compare(reference, compiled, case.calls, BOUND)
@@ -159,23 +157,12 @@ def _suite(
 
 
 def _closed_loop(
-    prepared: Prepared,
-    module: Any,
-    design: CascadeDesign,
-    precision: Precision,
-    steps: int | None,
-    progress: Progress,
+    loop: ClosedLoop, module: Any, precision: Precision, steps: int | None, progress: Progress
 ) -> tuple[Scenario, LoopCheck]:
-    machine = prepared.machine
-    twin = Twin(Cascade(design), CompiledController(module, declare_parts(design)[-1]), BOUND)
-    total = steps or int(np.ceil(len(machine.timed.points) / machine.ratio))
-    with progress.task(f"Closed loop, reference beside C, {precision.name}", total) as task:
-        try:
-            run = run_closed_loop(machine, twin, steps, task.advance)
-        except Stalled as stalled:
-            raise CheckFailed(
-                f"the closed loop in {precision.name} stalled: {stalled}"
-            ) from stalled
-    kept = all(bound.passed for bound in bounds(run))
-    scenario = Scenario(design.prefix, "closed loop", precision.name, twin.agreement)
-    return scenario, LoopCheck(precision.name, run.periods, steps is None, run.complete, kept)
+    reference = loop.reference()
+    twin = Twin(Stepwise(reference), CompiledController(module, reference.declaration), BOUND)
+    title = f"{loop.name[:1].upper()}{loop.name[1:]}, reference beside C, {precision.name}"
+    with progress.task(title, steps or loop.total) as task:
+        end = loop.run(twin, steps, task.advance)
+    scenario = Scenario(loop.prefix, loop.name, precision.name, twin.agreement)
+    return scenario, LoopCheck(precision.name, loop, end, steps is None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -12,14 +12,13 @@ from servogen.evidence.tools import version_of
 from servogen.progress import Progress
 from servogen.steps.count import WcetResult, count
 from servogen.steps.equivalence import SilResult, equivalence
-from servogen.steps.prepare import Prepared
-from servogen.steps.simulate import SimulateResult, simulate
-from servogen.systems.design_proofs import Claim, set_claims, terminal_claims
+from servogen.steps.prepare import Prepared, proof_titles
+from servogen.steps.system import Proof, Simulated, Simulation, Studied
+from servogen.systems.claims import Claim
 
-# The steps that `servogen run` does by itself; name -> title, in the order of the certificate.
+# The steps that `servogen run` does by itself besides the proofs; name -> title, in the order of
+# the certificate.
 STEPS = {
-    "sets": "Admissible sets proved",
-    "terminal": "Terminal condition",
     "sil": "C equals the reference",
     "wcet": "Fits the target",
     "simulate": "Closed loop within its limits",
@@ -29,55 +28,40 @@ STEPS = {
 OF_ONE_PRECISION = ("wcet", "simulate")
 
 
-def step_finding(prepared: Prepared, name: str, bench: Bench, progress: Progress) -> Finding:
-    """Do one of ``STEPS`` and put what it found into the common form."""
+def step_titles() -> dict[str, str]:
+    """The proofs of every system and the steps, name -> title."""
+    return proof_titles() | STEPS
+
+
+def step_finding(
+    prepared: Prepared[Simulated, Studied], name: str, bench: Bench, progress: Progress
+) -> Finding:
+    """Do a proof of the system or one of ``STEPS`` and put what it found into the common form.
+
+    Raises:
+        KeyError: the system has no such proof.
+    """
     match name:
-        case "sets":
-            return sets_finding(prepared, bench)
-        case "terminal":
-            return terminal_finding(prepared, bench)
         case "sil":
             return sil_finding(equivalence(prepared, None, progress), bench)
         case "wcet":
             return wcet_finding(count(prepared, None), bench)
         case "simulate":
-            return simulate_finding(simulate(prepared, False, progress), bench)
-    raise KeyError(name)
+            found = prepared.system.simulate(prepared.package, False, progress)
+            return simulate_finding(found, bench)
+    proofs = {proof.name: proof for proof in prepared.system.proofs}
+    return proof_finding(proofs[name], bench, progress)
 
 
-def sets_finding(prepared: Prepared, bench: Bench) -> Finding:
-    """Invariance and admissibility of O-infinity, and points just outside of it."""
-    machine = prepared.machine
-    sets = (machine.sets.x, machine.sets.y)
-    inter = machine.project.controller.governor.inter_sample_rows
-    claims = [
-        claim
-        for i, axis in enumerate("xy")
-        for claim in set_claims(
-            axis, sets[i], machine.slow[i], machine.slow_period_s, machine.limits[i], inter
-        )
-    ]
-    return _of_claims("sets", claims, bench)
+def proof_finding(proof: Proof, bench: Bench, progress: Progress) -> Finding:
+    """Claims proved; where there is nothing to claim, the reason."""
+    if proof.absent:
+        summary = f"does not apply: {proof.absent}"
+        return Finding(proof.name, True, summary, {}, bench.digests, applies=False)
+    return _of_claims(proof.name, proof.prove(progress), bench)
 
 
-def terminal_finding(prepared: Prepared, bench: Bench) -> Finding:
-    """(16g) and (17) of every program; a governor alone has none, and nothing to be proved."""
-    machine, mpc = prepared.machine, prepared.design.mpc
-    if mpc is None:
-        summary = "does not apply: this controller solves no program"
-        return Finding("terminal", True, summary, {}, bench.digests, applies=False)
-    sets = (machine.sets.x, machine.sets.y)
-    claims = [
-        claim
-        for i, axis in enumerate("xy")
-        for claim in terminal_claims(
-            axis, mpc[i], sets[i], prepared.tuning.weights, machine.limits[i]
-        )
-    ]
-    return _of_claims("terminal", claims, bench)
-
-
-def _of_claims(check: str, claims: list[Claim], bench: Bench) -> Finding:
+def _of_claims(check: str, claims: Sequence[Claim], bench: Bench) -> Finding:
     broken = tuple(
         f"{c.name}: {c.excess:.3g} where {c.tolerance:.3g} is allowed, on {c.cases}"
         for c in claims
@@ -127,7 +111,7 @@ def wcet_finding(result: WcetResult, bench: Bench) -> Finding:
     )
 
 
-def simulate_finding(result: SimulateResult, bench: Bench) -> Finding:
+def simulate_finding(result: Simulation, bench: Bench) -> Finding:
     """The closed loop with the compiled C inside."""
     return Finding(
         check="simulate",

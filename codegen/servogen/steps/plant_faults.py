@@ -17,7 +17,7 @@ from servogen.evidence.seeded import FUZZING, columns_for, remembered, run_seede
 from servogen.evidence.seeded_kept import Kept
 from servogen.evidence.seeded_table import table_text
 from servogen.progress import for_stream
-from servogen.project import load_project
+from servogen.project.systems import load_any_project
 from servogen.steps.check import bench_of
 from servogen.steps.prepare import prepare
 
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str]) -> int:
     progress = for_stream(sys.stderr)
     os.environ.update(FUZZING)
     try:
-        bench = remembered(bench_of(prepare(load_project(Path(arguments[0])), progress)))
+        bench = remembered(bench_of(prepare(load_any_project(Path(arguments[0])), progress)))
         kept = Kept(Path(arguments[2]))
         rows = run_seeded(bench, columns_for(bench, arguments[3:], kept), progress, kept)
     except ServogenError as error:

@@ -26,7 +26,8 @@ class Stalled(RuntimeError):
 class Cascade(Protocol):
     """A reference, its C, or both at once."""
 
-    declaration: Declaration
+    @property
+    def declaration(self) -> Declaration: ...
 
     def call(
         self, operation: str, inputs: dict[str, Value] | None = None

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -115,8 +117,15 @@ def check_path(project: Project, timed: TimedPath, sets: Sets) -> None:
         _check_theorem_1(project, timed, name, admissible, along)
 
 
+class HasFile(Protocol):
+    """Any project."""
+
+    @property
+    def file(self) -> Path: ...
+
+
 @contextmanager
-def of_the_project(project: Project) -> Iterator[None]:
+def of_the_project(project: HasFile) -> Iterator[None]:
     """Give an error that names a key but no file the project's file."""
     try:
         yield

@@ -1,4 +1,4 @@
-"""``servogen simulate``: the closed loop over the whole path, judged."""
+"""``servogen simulate`` of a two-stage machine: the closed loop over the whole path, judged."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from servogen.controllers.cascade import Cascade as ReferenceCascade
+from servogen.controllers.cascade_design import CascadeDesign
+from servogen.emit.package import CPackage
 from servogen.errors import CheckFailed
 from servogen.progress import Progress
 from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
-from servogen.steps.prepare import Prepared
 from servogen.systems.closed_loop import Cascade, Run, Stalled, run_closed_loop
 from servogen.systems.metrics import tool_acceleration
 from servogen.systems.study import StudyRow, judge
+from servogen.systems.two_stage import Machine
 
 SCHEMA = "servogen.simulate/1"
 # The cap is there to be reached now and then; more often than this it is too small.
@@ -144,24 +146,28 @@ def row_json(row: StudyRow) -> dict[str, object]:
 
 
 @contextmanager
-def _controller(prepared: Prepared, reference: bool) -> Iterator[Cascade]:
-    if reference:
-        yield ReferenceCascade(prepared.design)
+def _controller(design: CascadeDesign, package: CPackage | None) -> Iterator[Cascade]:
+    if package is None:
+        yield ReferenceCascade(design)
         return
-    with built(prepared.package) as module:
-        yield CompiledController(module, prepared.package.declarations[-1])
+    with built(package) as module:
+        yield CompiledController(module, package.declarations[-1])
 
 
-def simulate(prepared: Prepared, reference: bool, progress: Progress) -> SimulateResult:
+def simulate(
+    machine: Machine, design: CascadeDesign, package: CPackage | None, progress: Progress
+) -> SimulateResult:
     """Process the whole path.
+
+    Args:
+        package: the C inside; None: the reference of ``design``.
 
     Raises:
         CheckFailed: the loop stalled.
     """
-    machine = prepared.machine
     periods = int(np.ceil(len(machine.timed.points) / machine.ratio))
     with (
-        _controller(prepared, reference) as cascade,
+        _controller(design, package) as cascade,
         progress.task("Closed loop", total=periods) as task,
     ):
         try:
@@ -171,6 +177,6 @@ def simulate(prepared: Prepared, reference: bool, progress: Progress) -> Simulat
     return SimulateResult(
         run=run,
         row=judge(machine.project.name, run),
-        inside="Python reference" if reference else "compiled C",
+        inside="Python reference" if package is None else "compiled C",
         contour_limit_m=machine.project.target.contour_error_limit_m,
     )

@@ -1,14 +1,15 @@
-"""``servogen study``: the paper's Table I on this machine."""
+"""``servogen study`` of a two-stage machine: the paper's Table I on this machine."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from servogen.controllers.cascade_design import declare_parts
+from servogen.emit.package import emit_package
 from servogen.progress import Progress
 from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
-from servogen.steps.prepare import Prepared, package_of
-from servogen.steps.simulate import BACKUP_SHARE, row_json
+from servogen.steps.two_stage_run import BACKUP_SHARE, row_json
 from servogen.systems.closed_loop import Run, run_closed_loop
 from servogen.systems.study import PAPER, PAPER_IDEAL_S, StudyRow, run_study
 from servogen.systems.two_stage import Machine, Tuning, design_cascade
@@ -84,14 +85,15 @@ def _paper(name: str) -> dict[str, object]:
     }
 
 
-def compare(prepared: Prepared, progress: Progress) -> StudyResult:
+def compare(machine: Machine, tuning: Tuning, progress: Progress) -> StudyResult:
     """Run all rows with their compiled C."""
-    rows, runs = run_study(prepared.machine, prepared.tuning, progress, run_compiled)
-    return StudyResult(rows, runs, prepared.tuning.solver.cap)
+    rows, runs = run_study(machine, tuning, progress, run_compiled)
+    return StudyResult(rows, runs, tuning.solver.cap)
 
 
 def run_compiled(machine: Machine, tuning: Tuning) -> Run:
     """Design, emit, compile and run one controller around the plant."""
-    package = package_of(design_cascade(machine, tuning, PREFIX))
+    design = design_cascade(machine, tuning, PREFIX)
+    package = emit_package(design.prefix, declare_parts(design))
     with built(package) as module:
         return run_closed_loop(machine, CompiledController(module, package.declarations[-1]))
