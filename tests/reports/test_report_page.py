@@ -13,7 +13,8 @@ import plotly.graph_objects
 import pytest
 
 from servogen.reports import ReportData, make_report
-from servogen.reports.checks import all_checks, verdict
+from servogen.reports.checks import verdict
+from servogen.reports.two_stage_checks import all_checks
 
 SCRIPT = re.compile(r"<script[^>]*>.*?</script>", re.DOTALL)
 

@@ -1,6 +1,6 @@
 """The report: one HTML file with everything a design review asks for."""
 
 from servogen.reports.data import ReportData
-from servogen.reports.page import make_report
+from servogen.reports.two_stage_page import make_report
 
 __all__ = ["ReportData", "make_report"]

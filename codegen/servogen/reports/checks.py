@@ -6,11 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from servogen.controllers.cascade_design import declare_parts
-from servogen.controllers.design import design_hash
 from servogen.evidence.certificate import FAILED, NOT_RUN, PASSED
-from servogen.reports.data import ReportData
-from servogen.reports.numbers import count, fixed, number, percent
+from servogen.reports.data import Found
+from servogen.reports.numbers import count, number, percent
 
 
 @dataclass(frozen=True)
@@ -27,46 +25,21 @@ class Check:
         return {True: "passed", False: "failed", None: "not run"}[self.passed]
 
 
-def all_checks(data: ReportData) -> list[Check]:
-    """In the order of the page."""
-    row = data.row
-    kept = [b for b in row.bounds if b.enforced]
-    broken = [b for b in kept if not b.passed]
-    worst_um, limit_um = 1e6 * row.contour_error_m, 1e6 * data.contour_limit_m
+def step_checks(data: Found) -> list[Check]:
+    """What the emitted C has to stand, whatever the system."""
     return [
-        Check(
-            "Path finished",
-            row.complete,
-            f"{fixed(row.performance.time_s, 2)} s, {number(row.periods)} slow periods",
-        ),
-        Check(
-            "Constraints kept",
-            not broken,
-            "broken: " + ", ".join(f"{b.name} at {b.where}" for b in broken)
-            if broken
-            else f"all {len(kept)} enforced constraints",
-        ),
-        Check(
-            "Contour error",
-            row.contour_error_m <= data.contour_limit_m,
-            f"{number(worst_um)} µm of {number(limit_um)} µm",
-        ),
-        Check(
-            "Backups",
-            data.backup_share <= data.backup_share_limit,
-            f"{number(row.backups)} of {number(2 * row.periods)} axis steps, "
-            f"{percent(data.backup_share_limit)} allowed",
-        ),
         _step(data, "C equals the reference", "sil", data.sil, _sil_detail),
         _step(data, "Fits the target", "wcet", data.wcet, _wcet_detail),
-        _study(data),
-        _build(data),
-        _evidence(data),
     ]
 
 
+def build_checks(data: Found) -> list[Check]:
+    """That it was emitted, and the evidence about it."""
+    return [_build(data), _evidence(data)]
+
+
 def _step(
-    data: ReportData,
+    data: Found,
     name: str,
     verb: str,
     found: Mapping[str, Any] | None,
@@ -99,20 +72,19 @@ def _wcet_detail(found: Mapping[str, Any]) -> str:
     return f"of the budget: {', '.join(told)}" if told else "counted"
 
 
-def _build(data: ReportData) -> Check:
+def _build(data: Found) -> Check:
     """Emitted, and from the design that this report is about."""
     name = "C emitted"
     if data.build is None:
         return Check(name, None, "not run", f"servogen build {data.toml}")
-    own = design_hash(declare_parts(data.design))
-    if data.build.get("design_hash", own) != own:
+    if data.build.get("design_hash", data.digest) != data.digest:
         return Check(name, False, "from another design than the one in this report")
     files = data.build.get("files")
     told = count(len(files), "file") if isinstance(files, Mapping | list) else "emitted"
     return Check(name, data.build.get("passed") is True, told)
 
 
-def _evidence(data: ReportData) -> Check:
+def _evidence(data: Found) -> Check:
     """The certificate as one line; what it misses makes it one that was not run."""
     found, name = data.certificate, "Evidence about the C"
     if found is None:
@@ -123,19 +95,6 @@ def _evidence(data: ReportData) -> Check:
     if missing:
         return Check(name, None, "not run", f"servogen {missing[0].command}")
     return Check(name, found.result == PASSED, f"{len(found.having(PASSED))} checks")
-
-
-def _study(data: ReportData) -> Check:
-    name = "Study of controllers"
-    if data.study is None:
-        return Check(name, None, "not run", f"servogen study {data.toml}")
-    failed = [
-        row.name
-        for row in data.study
-        if not row.passed or row.backups > data.backup_share_limit * 2 * row.periods
-    ]
-    told = f"failed: {', '.join(failed)}" if failed else f"{len(data.study)} controllers"
-    return Check(name, bool(data.study) and not failed, told)
 
 
 @dataclass(frozen=True)

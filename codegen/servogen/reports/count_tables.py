@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from servogen.reports.data import ReportData
+from servogen.reports.data import Found
 from servogen.reports.numbers import number, percent
 from servogen.reports.run_count_table import run_table
 from servogen.reports.tables import (
@@ -33,7 +33,7 @@ _KNOWN = (
 )
 
 
-def wcet_parts(data: ReportData) -> list[Part]:
+def wcet_parts(data: Found) -> list[Part]:
     """Budgets, memory, targets, counts, and static count and run side by side."""
     found = data.wcet
     if found is None:

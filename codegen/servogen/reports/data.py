@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
-from servogen.controllers.cascade_design import CascadeDesign
+from servogen.controllers.cascade_design import CascadeDesign, declare_parts
+from servogen.controllers.design import design_hash
 from servogen.evidence.certificate import Certificate
 from servogen.precision import FloatArray
 from servogen.systems.closed_loop import Run
@@ -14,9 +15,38 @@ from servogen.systems.study import StudyRow
 from servogen.systems.two_stage import Machine
 
 
+class Found(Protocol):
+    """What the parts of the page that all systems share are made of; None was not run."""
+
+    @property
+    def toml(self) -> str:
+        """The project file's name without its folder: a report says nothing of the machine it was
+        made on."""
+
+    @property
+    def digest(self) -> str:
+        """Names the design that the report is about."""
+
+    @property
+    def sil(self) -> Mapping[str, Any] | None:
+        """JSON of the verb."""
+
+    @property
+    def wcet(self) -> Mapping[str, Any] | None:
+        """JSON of the verb."""
+
+    @property
+    def build(self) -> Mapping[str, Any] | None:
+        """JSON of the verb."""
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """What was shown about this build, and what was not."""
+
+
 @dataclass(frozen=True)
 class ReportData:
-    """Everything found about one project. What is None was not run, and is shown so.
+    """Everything found about one two-stage machine. What is None was not run, and is shown so.
 
     Attributes:
         machine: the judged project.
@@ -44,9 +74,13 @@ class ReportData:
 
     @property
     def toml(self) -> str:
-        """The project file's name without its folder: a report says nothing of the machine it was
-        made on."""
+        """See ``Found``."""
         return self.machine.project.file.name
+
+    @property
+    def digest(self) -> str:
+        """See ``Found``."""
+        return design_hash(declare_parts(self.design))
 
     @property
     def contour_limit_m(self) -> float:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from servogen.evidence.certificate import FAILED, NOT_RUN, PASSED, Entry
-from servogen.reports.data import ReportData
+from servogen.reports.data import Found
 from servogen.reports.tables import BAD, GOOD, MUTED, Cell, Missing, Table, key_table, text
 
 _KINDS = {PASSED: GOOD, FAILED: BAD}
 
 
-def evidence_parts(data: ReportData) -> list[Table | Missing]:
+def evidence_parts(data: Found) -> list[Table | Missing]:
     """One row per check; the faults of those that failed; which C it is all about."""
     certificate = data.certificate
     if certificate is None:

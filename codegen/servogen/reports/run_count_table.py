@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from servogen.evidence.certificate import FAILED, PASSED
-from servogen.reports.data import ReportData
+from servogen.reports.data import Found
 from servogen.reports.tables import (
     BAD,
     GOOD,
@@ -22,7 +22,7 @@ from servogen.reports.tables import (
 CLASSES = ("add", "mul", "div", "cmp", "load", "store")
 
 
-def run_table(data: ReportData) -> Table | Missing:
+def run_table(data: Found) -> Table | Missing:
     """Static count and largest run side by side, from the check that played them."""
     entries = data.certificate.entries if data.certificate else ()
     ran = next((e for e in entries if e.name == "counts" and e.state in (PASSED, FAILED)), None)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from servogen.reports.data import ReportData
+from servogen.reports.data import Found
 from servogen.reports.tables import (
     BAD,
     GOOD,
@@ -29,7 +29,7 @@ Json = Mapping[str, Any]
 Part = Table | Missing
 
 
-def sil_parts(data: ReportData) -> list[Part]:
+def sil_parts(data: Found) -> list[Part]:
     """Agreement of C and reference."""
     found = data.sil
     if found is None:
@@ -85,7 +85,7 @@ def _scenarios(scenarios: Sequence[Json]) -> Table:
     return Table(f"All {len(rows)} scenarios", columns, rows, folded=True)
 
 
-def build_parts(data: ReportData) -> list[Part]:
+def build_parts(data: Found) -> list[Part]:
     """What was emitted."""
     found = data.build
     if found is None:
@@ -130,5 +130,5 @@ def _float(value: Any) -> float:
     return float(value) if isinstance(value, int | float) else float("nan")
 
 
-def _command(data: ReportData, verb: str) -> str:
+def _command(data: Found, verb: str) -> str:
     return f"servogen {verb} {data.toml}"

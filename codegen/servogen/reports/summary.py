@@ -1,18 +1,15 @@
-"""The head of the page: what was made, how well it does, in words and key figures."""
+"""The head of a two-stage machine's page: what was made, how well it does, in words and figures."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from servogen.reports.checks import Verdict
 from servogen.reports.data import ReportData
-from servogen.reports.numbers import NOTHING, fixed, number, percent
+from servogen.reports.numbers import fixed, number, percent
 from servogen.reports.path_figure import slowed_intervals
+from servogen.reports.tiles import KeyFigure, cycles_tile
 
 _KINDS = {
     "sprg_mpc": "a spatial reference governor with tracking MPC",
@@ -21,16 +18,7 @@ _KINDS = {
 }
 
 
-@dataclass(frozen=True)
-class KeyFigure:
-    """A tile: ``value`` large, ``label`` above, ``note`` below."""
-
-    label: str
-    value: str
-    note: str
-
-
-def summary(data: ReportData, told: Verdict) -> str:
+def summary(data: ReportData) -> str:
     """One paragraph for somebody who reads nothing else."""
     p, machine = data.row.performance, data.machine
     path = machine.timed.tool_path.points
@@ -54,7 +42,6 @@ def summary(data: ReportData, told: Verdict) -> str:
         f"{percent(worst.worst / worst.limit)} of its limit; the tool stays within "
         f"{number(1e6 * data.row.contour_error_m, 3)} µm of the path."
     )
-    parts.append(f"{told.text}.")
     return " ".join(parts)
 
 
@@ -62,7 +49,7 @@ def _over_ideal(ratio: float) -> str:
     return f"{percent(ratio - 1.0)} more than" if ratio >= 1.0 else f"{percent(1.0 - ratio)} below"
 
 
-def key_figures(data: ReportData, digest: str) -> list[KeyFigure]:
+def key_figures(data: ReportData) -> list[KeyFigure]:
     """The tiles, in the order of interest."""
     row, p = data.row, data.row.performance
     worst = max((b for b in row.bounds if b.enforced), key=lambda b: b.worst / b.limit)
@@ -89,23 +76,7 @@ def key_figures(data: ReportData, digest: str) -> list[KeyFigure]:
             number(row.backups),
             f"of {number(2 * row.periods)} axis steps",
         ),
-        _cycles(data),
-        KeyFigure("Design", digest[:8], f"{data.design.governor.precision.name}, sha-256"),
+        cycles_tile(data),
+        KeyFigure("Design", data.digest[:8], f"{data.design.governor.precision.name}, sha-256"),
     ]
     return tiles
-
-
-def _cycles(data: ReportData) -> KeyFigure:
-    name = "Worst-case cycles"
-    if data.wcet is None:
-        return KeyFigure(name, "not run", "servogen wcet")
-    budgets = data.wcet.get("budgets")
-    # the first budget is the long part's
-    own = next(iter(budgets.values()), None) if isinstance(budgets, Mapping) else None
-    if not isinstance(own, Mapping):
-        return KeyFigure(name, NOTHING, "no budget given")
-    return KeyFigure(name, _share(own.get("utilisation")), f"of the budget on {own.get('target')}")
-
-
-def _share(value: Any) -> str:
-    return percent(value) if isinstance(value, int | float) else NOTHING
