@@ -6,7 +6,8 @@ from explicit_problems import random_program, servo_drive, transport
 
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.image import canonical
-from servogen.explicit.problem import parameter_box, parametric_qp
+from servogen.qp.errors import ProgramError
+from servogen.qp.parametric import parameter_box, parametric_qp
 
 EYE = np.eye(2)
 
@@ -22,7 +23,7 @@ EYE = np.eye(2)
     ],
 )
 def test_hessian_that_is_no_use(hessian: list[list[float]], text: str) -> None:
-    with pytest.raises(ExplicitError, match=text):
+    with pytest.raises(ProgramError, match=text):
         parametric_qp(hessian, EYE)
 
 
@@ -32,13 +33,13 @@ def test_units_are_no_lack_of_convexity() -> None:
 
 
 def test_other_refusals() -> None:
-    with pytest.raises(ExplicitError, match="less than"):
+    with pytest.raises(ProgramError, match="less than"):
         parametric_qp(EYE, EYE, lower=[0.0, 1.0], upper=[1.0, 1.0])
-    with pytest.raises(ExplicitError, match="first_move"):
+    with pytest.raises(ProgramError, match="first_move"):
         parametric_qp(EYE, EYE, first_move=3)
-    with pytest.raises(ExplicitError, match="matrix"):
+    with pytest.raises(ProgramError, match="matrix"):
         parametric_qp(EYE, [1.0, 2.0])
-    with pytest.raises(ExplicitError, match="row of zeros"):
+    with pytest.raises(ProgramError, match="row of zeros"):
         parametric_qp(EYE, EYE, rows=[[0.0, 0.0]], bounds=[-1.0])
     with pytest.raises(ExplicitError, match="parameter that matters"):
         canonical(parametric_qp(EYE, np.zeros((2, 1)), upper=[1.0, 1.0]))

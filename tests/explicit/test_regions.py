@@ -20,8 +20,8 @@ from ppopt_peer import ppopt_active_sets
 
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
-from servogen.explicit.problem import ParametricQP, parametric_qp
 from servogen.explicit.solution import ExplicitSolution
+from servogen.qp.parametric import ParametricQP, parametric_qp
 
 
 def sample(problem: ParametricQP, count: int, seed: int = 1) -> np.ndarray:
