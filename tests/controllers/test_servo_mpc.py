@@ -34,7 +34,7 @@ def parameters(problem: TrackingQp, count: int, seed: int) -> np.ndarray:
     qp = problem.qp
     size = np.concatenate([[100.0, 100.0, np.pi, np.pi], [1000.0], np.full(qp.parameters - 5, 9.0)])
     theta = generator.normal(size=(count, qp.parameters)) * size
-    optimum = -np.linalg.solve(qp.H, qp.F)
+    optimum = qp.unconstrained()[0]
     inverse = np.linalg.pinv(optimum)
     for i in range(0, count, 3):
         # move the unconstrained optimum of some inputs onto their bound, or a rounding beside it
@@ -52,11 +52,11 @@ def test_the_first_move_is_an_outside_solver_s(trajectory: int) -> None:
     problem = headstock_problem(trajectory, extend)
     law, qp = SolvedMove(problem, FLOAT64), problem.qp
     n = qp.variables
-    scaled = np.array(qp.H) / qp.H[0, 0]
+    scaled = qp.hessian / qp.hessian[0, 0]
     for theta in parameters(problem, 300, trajectory):
         z, _, flag, _ = daqp.solve(
             scaled,
-            (qp.F @ theta) / qp.H[0, 0],
+            (qp.linear @ theta) / qp.hessian[0, 0],
             np.zeros((0, n)),
             np.full(n, 1000.0),
             np.full(n, -1000.0),

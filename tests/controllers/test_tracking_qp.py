@@ -90,7 +90,7 @@ def test_the_cost_is_the_sum_it_stands_for(seed, sizes, span, kind) -> None:
     generator = np.random.default_rng(seed + 1)
 
     def condensed(u: np.ndarray) -> float:
-        return float(0.5 * u @ problem.qp.H @ u + (problem.qp.F @ theta + problem.qp.f) @ u)
+        return float(0.5 * u @ problem.qp.hessian @ u + (problem.qp.linear @ theta) @ u)
 
     one, two = generator.normal(size=(2, span.control * plant.inputs))
     costs = [
@@ -125,7 +125,7 @@ def test_the_program_is_the_papers_in_other_coordinates(seed, sizes, span, kind)
     changes = np.linalg.solve(hessian, -2.0 * big.T @ q @ (psi @ x - references))
     expected = moment.previous + np.cumsum(changes.reshape(-1, plant.inputs), axis=0)
     qp = problem.qp
-    found = np.linalg.solve(qp.H, -(qp.F @ theta_of(problem, moment) + qp.f))
+    found = qp.unconstrained()[0] @ theta_of(problem, moment)
     size = 1.0 + np.max(np.abs(expected)) + np.max(np.abs(psi))
     np.testing.assert_allclose(found, expected.ravel(), atol=1e-7 * size)
 
@@ -147,15 +147,16 @@ def test_the_rows_are_the_bounds_of_what_is_simulated(seed, sizes, span) -> None
         bounds(inputs), bounds(inputs), SignalBounds(rows, bounds(signals), steps)
     )
     problem, _ = random_problem(seed, plant, span, "zero_order", constraints)
-    assert not problem.is_box
+    assert not problem.qp.is_box
     moment = random_situation(seed, plant, span)
     u = generator.normal(size=(span.control, inputs))
     qp = problem.qp
-    found = qp.G @ u.ravel() - qp.w - qp.S @ theta_of(problem, moment)
+    g, w, s, _ = qp.all_rows()
+    found = g @ u.ravel() - w - s @ theta_of(problem, moment)
     values = (
-        (u, constraints.input),
         (np.diff(np.vstack([moment.previous, u]), axis=0), constraints.change),
         (simulated_states(problem, moment, u)[:steps] @ rows.T, constraints.signal.bounds),
+        (u, constraints.input),
     )
     expected = []
     for value, bound in values:
@@ -168,8 +169,10 @@ def test_input_bounds_alone_make_a_box_and_infinite_ones_no_row() -> None:
     span = Horizons(6, 2, 3)
     half = Constraints(input=Bounds([-np.inf, -1.0], [2.0, np.inf]))
     problem, _ = random_problem(1, plant, span, "zero_order", half)
-    assert problem.is_box
-    assert problem.qp.rows == 3 * 2
+    assert problem.qp.rows.shape == (0, 6)
+    np.testing.assert_array_equal(problem.qp.lower, [-np.inf, -1.0] * 3)
+    np.testing.assert_array_equal(problem.qp.upper, [2.0, np.inf] * 3)
+    assert problem.qp.first_move == 2
     assert problem.layout.size == 3 + 2 + 2
 
 
@@ -178,7 +181,8 @@ def test_a_box_of_parameters_is_passed_on() -> None:
     weights = Weights.constant(1.0, 0.5, plant, span)
     box = Bounds.symmetric(np.arange(1.0, 7.0))
     problem = tracking_qp(plant, span, "zero_order", weights, Constraints(), box)
-    np.testing.assert_array_equal(problem.qp.upper, np.arange(1.0, 7.0))
+    np.testing.assert_array_equal(problem.qp.domain_bounds, np.tile(np.arange(1.0, 7.0), 2))
+    assert not problem.qp.all_rows()[1].size
     with pytest.raises(DesignError, match="box"):
         tracking_qp(plant, span, "zero_order", weights, Constraints(), Bounds.symmetric([1.0]))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from servogen.explicit.problem import ParametricQP, parameter_box, parametric_qp
 from servogen.plants.statespace import FloatArray
+from servogen.qp.parametric import ParametricQP, parameter_box, parametric_qp
 
 LIMIT_MA = 1000.0
 

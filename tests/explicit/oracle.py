@@ -7,7 +7,7 @@ from ctypes import c_int
 import daqp
 import numpy as np
 
-from servogen.explicit.problem import ParametricQP
+from servogen.qp.parametric import ParametricQP
 
 TOLERANCE = 1e-12  # of the constraints, which are scaled to a bound of about one
 

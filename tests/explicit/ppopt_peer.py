@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from servogen.explicit.problem import ParametricQP
+from servogen.qp.parametric import ParametricQP
 
 
 def ppopt_active_sets(

@@ -10,8 +10,8 @@ from servogen.explicit.explore import solve
 from servogen.explicit.grow import grow_tree
 from servogen.explicit.lookup import evaluate_clips, tree_lookup
 from servogen.explicit.pieces import hyperplanes
-from servogen.explicit.problem import ParametricQP
 from servogen.explicit.solution import ExplicitSolution
+from servogen.qp.parametric import ParametricQP
 
 THIRD = 34_000
 ALLOWED_MA = 1e-6

@@ -277,7 +277,7 @@ def test_a_project_without_pid_has_none(write: Write) -> None:
 def test_horizons_of_the_table_need_one_weight(write: Write) -> None:
     text = TEXT.replace("weight_change = 1.0", "weight_change = [1, 2, 3]")
     own = servo_drive(load_servo_project(write(text)))
-    assert tracking_problem(own).qp.H[2, 2] != tracking_problem(own).qp.H[1, 1]
+    assert tracking_problem(own).qp.hessian[2, 2] != tracking_problem(own).qp.hessian[1, 1]
     with pytest.raises(InputError, match="weight_change"):
         tracking_table(own, FAST, Silent())
 
@@ -285,7 +285,7 @@ def test_horizons_of_the_table_need_one_weight(write: Write) -> None:
 def test_the_example_s_design_is_in_its_precision(servo: ServoDrive) -> None:
     design = mpc_design(servo)
     assert design.precision is FLOAT32
-    assert design.problem.is_box
+    assert design.problem.qp.is_box
     assert design.problem.layout.size == 4 + 1 + 3
 
 

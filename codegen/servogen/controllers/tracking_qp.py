@@ -19,7 +19,7 @@ from servogen.controllers.prediction import Extension, Horizons, extension, pred
 from servogen.plants.sampled import Sampled
 from servogen.plants.statespace import read_only
 from servogen.precision import FloatArray
-from servogen.qp.parametric import ParametricQp
+from servogen.qp.parametric import ParametricQP, parameter_box, parametric_qp
 
 
 @dataclass(frozen=True)
@@ -116,19 +116,17 @@ class Layout:
 
 @dataclass(frozen=True)
 class TrackingQp:
-    """The program, what its parameter is made of, and what it was made from."""
+    """The program, what its parameter is made of, and what it was made from.
 
-    qp: ParametricQp
+    Bounds (10) on the inputs are bounds of its variables, (11) and (12) rows; those of (12) that no
+    input reaches yet limit theta alone and are its domain.
+    """
+
+    qp: ParametricQP
     layout: Layout
     plant: Sampled
     horizons: Horizons
     constraints: Constraints
-
-    @property
-    def is_box(self) -> bool:
-        """Whether every row bounds one input by a constant."""
-        single = np.count_nonzero(self.qp.G, axis=1) == 1
-        return bool(np.all(single)) and not np.any(self.qp.S)
 
 
 def tracking_qp(
@@ -146,6 +144,7 @@ def tracking_qp(
 
     Raises:
         DesignError: horizons, weights and bounds that do not fit the plant or each other.
+        ProgramError: weights between which numbers are lost: a Hessian that is as good as singular.
     """
     _check_shapes(plant, horizons, weights, constraints)
     layout = _layout(plant, horizons, constraints)
@@ -163,15 +162,16 @@ def tracking_qp(
     g, w, s = _rows(plant, horizons, constraints, layout)
     if box is not None and box.lower.size != layout.size:
         raise DesignError("box", f"of {box.lower.size} bounds", f"{layout.size}, as theta has")
-    program = ParametricQp(
+    limits = (None, None) if box is None else parameter_box(box.lower, box.upper)
+    program = parametric_qp(
         0.5 * (hessian + hessian.T),
         linear,
-        np.zeros(hessian.shape[0]),
-        g,
-        w,
-        s,
-        None if box is None else box.lower,
-        None if box is None else box.upper,
+        rows=g,
+        bounds=w,
+        bounds_parameter=s,
+        domain_rows=limits[0],
+        domain_bounds=limits[1],
+        first_move=plant.inputs,
     )
     return TrackingQp(program, layout, plant, horizons, constraints)
 
@@ -194,7 +194,7 @@ def _layout(plant: Sampled, horizons: Horizons, constraints: Constraints) -> Lay
 def _rows(
     plant: Sampled, horizons: Horizons, constraints: Constraints, layout: Layout
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """G, w, S of (13), the rows of (10) first, then (11), then (12); infinite bounds leave none."""
+    """G, w, S of (13): rows of (10), of (11), of (12); infinite bounds leave none."""
     control, size = horizons.control, horizons.control * plant.inputs
     difference, start = change_of_inputs(plant.inputs, control)
     parts = []

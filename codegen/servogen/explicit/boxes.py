@@ -16,10 +16,10 @@ from itertools import product
 import numpy as np
 
 from servogen.explicit.image import scales
-from servogen.explicit.problem import ParametricQP
 from servogen.explicit.regions import MULTIPLIER, Candidate
 from servogen.explicit.small_lp import Ball
 from servogen.plants.statespace import FloatArray
+from servogen.qp.parametric import ParametricQP
 
 
 def scaled_hessian(problem: ParametricQP) -> FloatArray:

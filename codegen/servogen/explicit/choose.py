@@ -11,9 +11,9 @@ from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
 from servogen.explicit.grow import grow_tree, is_odd, least_depth
 from servogen.explicit.lookup import Count, TreeLookup, count_clips, tree_lookup
-from servogen.explicit.problem import ParametricQP
 from servogen.explicit.solution import ExplicitSolution
 from servogen.progress import Progress
+from servogen.qp.parametric import ParametricQP
 
 Lookup = TreeLookup | RecursiveClips
 # A greedy tree that costs this much more than the best form may still win when grown with care:

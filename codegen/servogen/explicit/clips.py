@@ -21,8 +21,8 @@ import numpy.typing as npt
 from servogen.explicit.boxes import scaled_hessian
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.image import Image, scaled_optimum, scales
-from servogen.explicit.problem import ParametricQP
 from servogen.plants.statespace import FloatArray, read_only
+from servogen.qp.parametric import ParametricQP
 
 IndexArray = npt.NDArray[np.int32]
 

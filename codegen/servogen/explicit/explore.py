@@ -25,7 +25,6 @@ from servogen.explicit.cover import (
 )
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.image import Canonical, canonical
-from servogen.explicit.problem import ParametricQP
 from servogen.explicit.regions import (
     MULTIPLIER,
     Candidate,
@@ -42,6 +41,7 @@ from servogen.explicit.tolerances import FLAT, QP_VIOLATION
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.progress import Progress, Silent, Task
 from servogen.qp.active_set import project
+from servogen.qp.parametric import ParametricQP
 
 # Directions tried from the middle of the feasible set for a first region that is not flat.
 _STARTS = 40

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from servogen.explicit.errors import ExplicitError
-from servogen.explicit.problem import ParametricQP
 from servogen.explicit.tolerances import RANK, SAME_PLANE
 from servogen.plants.statespace import FloatArray
+from servogen.qp.parametric import ParametricQP
 
 # Facets of the image of a parameter box beyond which the box is kept in its own coordinates.
 MAX_IMAGE_FACETS = 600

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from servogen.explicit.image import Canonical, Image
-from servogen.explicit.problem import ParametricQP
 from servogen.explicit.regions import Region
 from servogen.explicit.tolerances import SAME_LAW
 from servogen.plants.statespace import FloatArray, read_only
+from servogen.qp.parametric import ParametricQP
 
 IntArray = npt.NDArray[np.int64]
 

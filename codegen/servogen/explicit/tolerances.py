@@ -6,9 +6,6 @@ The geometry is done in coordinates of the parameters in which one is a bound of
 
 from __future__ import annotations
 
-# The Hessian's smallest eigenvalue relative to its largest: below it, a multiplier that comes from
-# a solve with the Hessian has less than four digits left of float64's sixteen.
-CONVEXITY = 1e-12
 # A singular value of the parameters' map relative to its largest, with columns of unit size: data
 # printed with 16 digits and condensed over 50 steps keep about 1e-13; a direction that matters by
 # less than this share cannot be told from that noise, and moves no bound by more.

@@ -13,15 +13,16 @@ import numpy as np
 import scipy.linalg
 
 from servogen.precision import FloatArray
-from servogen.qp.parametric import ParametricQp
+from servogen.qp.parametric import ParametricQP
 from servogen.qp.tolerances import DualMethodTolerances
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """``z`` (n,) and the multipliers ``dual`` (r,) of the rows, not negative; ``active``: the rows
-    that hold with equality by the method, in ascending order. ``feasible`` False: no z keeps all
-    rows, and ``z`` is the optimum of those that were active last."""
+    """``z`` (n,) and the multipliers ``dual`` (r,) of all rows (``ParametricQP.all_rows``), not
+    negative; ``active``: those that hold with equality by the method, in ascending order.
+    ``feasible`` False: no z keeps all rows, and ``z`` is the optimum of those that were active
+    last; or the parameter is outside the domain."""
 
     z: FloatArray
     dual: FloatArray
@@ -32,17 +33,18 @@ class Optimum:
 class ParametricSolver:
     """One program's factors, for many parameters."""
 
-    def __init__(self, qp: ParametricQp, tol: DualMethodTolerances | None = None) -> None:
+    def __init__(self, qp: ParametricQP, tol: DualMethodTolerances | None = None) -> None:
         self.qp = qp
         self._tol = tol or DualMethodTolerances()
-        self._factor = np.linalg.cholesky(qp.H)
-        rows = scipy.linalg.solve_triangular(self._factor, qp.G.T, lower=True).T
+        self.rows, self._w, self._s, _ = qp.all_rows()
+        self._factor = np.linalg.cholesky(qp.hessian)
+        rows = scipy.linalg.solve_triangular(self._factor, self.rows.T, lower=True).T
         length = np.linalg.norm(rows, axis=1)
         # a row of zeros bounds nothing: it is kept or broken by theta alone
         self._length = np.where(length > 0.0, length, 1.0)
         self._rows = rows / self._length[:, None]
         linear = scipy.linalg.solve_triangular(
-            self._factor, np.column_stack([qp.F, qp.f]), lower=True
+            self._factor, np.column_stack([qp.linear, qp.constant]), lower=True
         )
         self._linear, self._offset = linear[:, :-1], linear[:, -1]
 
@@ -53,7 +55,7 @@ class ParametricSolver:
             RuntimeError: the steps allowed are used up.
         """
         rows = self._rows
-        bound = (self.qp.w + self.qp.S @ theta) / self._length
+        bound = (self._w + self._s @ theta) / self._length
         # v = L'z: the cost is half the squared distance from v to its unconstrained optimum.
         free: FloatArray = -(self._linear @ theta + self._offset)
         v = free
@@ -64,7 +66,7 @@ class ParametricSolver:
             excess = rows @ v - bound - self._tol.violation * scale
             excess[active] = -np.inf
             if rows.shape[0] == 0 or np.max(excess) <= 0.0:
-                return self._answer(v, active, dual, True)
+                return self._answer(v, active, dual, self._in_domain(theta))
             worst = int(np.argmax(excess))
             found = self._activate(worst, v, bound, active, dual)
             if found is None:
@@ -72,6 +74,11 @@ class ParametricSolver:
             active, dual = found
             v = self._optimum_on(active, free, bound)
         raise RuntimeError("the active-set method did not end")
+
+    def _in_domain(self, theta: FloatArray) -> bool:
+        rows, bounds = self.qp.domain_rows, self.qp.domain_bounds
+        scale = np.abs(rows) @ np.abs(theta) + np.abs(bounds)
+        return bool(np.all(rows @ theta - bounds <= self._tol.violation * scale))
 
     def _activate(
         self, row: int, v: FloatArray, bound: FloatArray, active: list[int], dual: FloatArray

@@ -63,6 +63,12 @@ def tolerances(
     return QpTolerances(margin=used, accept=used * _ACCEPT_SHARE[precision.name], gap=gap)
 
 
+# Of a parametric program: the Hessian's smallest eigenvalue relative to its largest, with a unit
+# diagonal. Below it, a multiplier that comes from a solve with the Hessian has less than four digits
+# left of float64's sixteen.
+CONVEXITY = 1e-12
+
+
 @dataclass(frozen=True)
 class DualMethodTolerances:
     """Of the dual active-set method, which works on rows of unit length in the metric of H.

@@ -85,7 +85,7 @@ def disturbance_run(servo: ServoDrive) -> Disturbance:
 
     def watch() -> None:
         found = solver.solve(controller.theta.astype(np.float64))
-        rows = np.sign(controller.design.problem.qp.G[list(found.active)])
+        rows = np.sign(solver.rows[list(found.active)])
         patterns.append(np.sum(rows, axis=0).astype(np.int64))
 
     run = run_drive(

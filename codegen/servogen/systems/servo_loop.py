@@ -50,18 +50,18 @@ class _Law:
     a matrix tells; else the program is solved."""
 
     def __init__(self, problem: TrackingQp) -> None:
-        self._qp = problem.qp
-        self._free = -np.linalg.solve(problem.qp.H, problem.qp.F)
+        self._rows, self._w, self._s, _ = problem.qp.all_rows()
+        self._free = problem.qp.unconstrained()[0]
         self._solver = ParametricSolver(problem.qp)
 
     def __call__(self, theta: FloatArray) -> tuple[FloatArray, IntArray]:
-        qp, plan = self._qp, self._free @ theta
+        plan = self._free @ theta
         pattern = np.zeros(plan.size, dtype=np.int64)
-        if np.all(qp.G @ plan <= qp.w + qp.S @ theta):
+        if np.all(self._rows @ plan <= self._w + self._s @ theta):
             return plan, pattern
         found = self._solver.solve(theta)
         for row in found.active:
-            pattern += np.sign(qp.G[row]).astype(np.int64)
+            pattern += np.sign(self._rows[row]).astype(np.int64)
         return found.z, pattern
 
 
