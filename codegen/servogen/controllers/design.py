@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servogen.precision import FloatArray, Precision
+from servogen.precision import FloatArray, IntArray, Precision
 
 Value = int | float | np.floating | FloatArray
 
@@ -83,14 +83,15 @@ class Operation:
 
 @dataclass(frozen=True)
 class Table:
-    """A constant table: float arrays take the project's precision, one or two dimensions."""
+    """A constant table of the scalar type, or of ``int32_t``; one or two dimensions."""
 
     name: str
-    values: FloatArray
+    values: FloatArray | IntArray
     doc: str
+    integer: bool = False
 
     def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=np.float64)
+        values = np.array(self.values, dtype=np.int32 if self.integer else np.float64)
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
@@ -159,8 +160,9 @@ class Declaration:
 
     @property
     def table_bytes(self) -> int:
-        entries = len(self.constants) + sum(t.values.size for t in self.tables)
-        return entries * self.precision.bytes
+        reals = len(self.constants) + sum(t.values.size for t in self.tables if not t.integer)
+        whole = sum(t.values.nbytes for t in self.tables if t.integer)
+        return reals * self.precision.bytes + whole
 
     def operation(self, name: str) -> Operation:
         return next(op for op in self.operations if op.name == name)

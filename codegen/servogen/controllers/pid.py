@@ -101,6 +101,8 @@ class Pid:
         output = wanted
         if self.design.notch is not None:
             output = c["b0"] * wanted + self.memory_1
-            self.memory_1 = (c["b1"] * wanted - c["a1"] * output) + self.memory_2
-            self.memory_2 = c["b2"] * wanted - c["a2"] * output
+            first = (c["b1"] * wanted - c["a1"] * output) + self.memory_2
+            second = c["b2"] * wanted - c["a2"] * output
+            self.memory_1 = min(max(first, -c["most_1"]), c["most_1"])
+            self.memory_2 = min(max(second, -c["most_2"]), c["most_2"])
         return Status.OK, {"current": min(max(output, -c["limit"]), c["limit"])}

@@ -20,8 +20,11 @@ from servogen.controllers.design import (
     StateField,
 )
 from servogen.controllers.errors import DesignError
-from servogen.controllers.wrapping import Wrapping
+from servogen.controllers.wrapping import Wrapping, turn_constants
 from servogen.precision import Precision
+
+# Runs after which what a notch remembers has to be gone: five seconds at 20 kHz.
+LONGEST_MEMORY = 100_000
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,23 @@ class Notch:
         # Jury's test for two poles
         if not (abs(self.a2) < 1.0 and abs(self.a1) < 1.0 + self.a2):
             raise DesignError("notch", f"unstable (a1 {self.a1}, a2 {self.a2})", "stable poles")
+
+    def most_kept(self) -> tuple[float, float]:
+        """What the two memories can hold at the most for inputs of at most one: the sums of their
+        impulse responses' magnitudes, and a hundredth for what rounding adds.
+
+        Raises:
+            DesignError: poles so near the unit circle that the sums do not end.
+        """
+        step = np.array([[-self.a1, 1.0], [-self.a2, 0.0]])
+        response = np.array([self.b1 - self.a1 * self.b0, self.b2 - self.a2 * self.b0])
+        total = np.abs(response)
+        for _ in range(LONGEST_MEMORY):
+            response = step @ response
+            total += np.abs(response)
+            if np.all(np.abs(response) <= 1e-12 * total):
+                return float(1.01 * total[0]), float(1.01 * total[1])
+        raise DesignError("notch", f"slow (a1 {self.a1}, a2 {self.a2})", "poles that decay sooner")
 
     @property
     def dc_gain(self) -> float:
@@ -97,12 +117,16 @@ def declare_pid(design: PidDesign) -> Declaration:
     asked = Port("wanted", "mA", "what the speed loop asks for", low=-limit, high=limit)
     current = Port("current", "mA", "what the drive is given", low=-limit, high=limit)
     notch = d.notch or Notch(1.0, 0.0, 0.0, 0.0, 0.0)
+    # a memory that is never used gets room all the same: a bound of zero is none
+    kept = [max(limit * most, limit * 1e-6) for most in notch.most_kept()]
     filters = (
         Constant("b0", notch.b0, "notch (16), on the current asked for"),
         Constant("b1", notch.b1, "on the one before"),
         Constant("b2", notch.b2, "on the one before that"),
         Constant("a1", notch.a1, "on the last output, taken off"),
         Constant("a2", notch.a2, "on the one before, taken off"),
+        Constant("most_1", kept[0], "mA: the first memory stays within"),
+        Constant("most_2", kept[1], "mA: the second"),
     )
     return Declaration(
         kind="servo_pid",
@@ -118,10 +142,7 @@ def declare_pid(design: PidDesign) -> Declaration:
                      "mA per deg/s and sample"),
             Constant("rate", 1.0 / d.sample_time_s, "1/s: samples"),
             Constant("limit", limit, "mA"),
-            Constant("reach", reach, "deg: positions stay within"),
-            Constant("turn", d.turn, "deg: one turn; 0: no end to it"),
-            Constant("half_turn", 0.5 * d.turn, "half of it"),
-            Constant("turn_inverse", 1.0 / d.turn if d.turn else 0.0, "1 / turn"),
+            *turn_constants(d.turn, "deg"),
             *(filters if d.notch else ()),
         ),
         tables=(),

@@ -25,7 +25,7 @@ from servogen.controllers.design import (
 from servogen.controllers.errors import DesignError
 from servogen.controllers.kalman import FilterDesign
 from servogen.controllers.tracking_qp import Bounds, TrackingQp
-from servogen.controllers.wrapping import Wrapping
+from servogen.controllers.wrapping import Wrapping, turn_constants
 from servogen.precision import FloatArray, Precision
 
 
@@ -113,12 +113,18 @@ def _ports(design: ServoMpcDesign) -> tuple[tuple[Port, ...], tuple[Port, ...], 
     return (position,), (position, reference), current
 
 
+def lookup_prefix(design: ServoMpcDesign) -> str:
+    """Prefix of the controller that finds the first move."""
+    return f"{design.prefix}_lookup"
+
+
 def declare_servo_mpc(design: ServoMpcDesign) -> Declaration:
     """Names, sizes, tables and ports; ``theta`` is laid out as ``tracking_qp.Layout`` says."""
     problem, found = design.problem, design.filter
     plant, period = problem.plant, problem.plant.sample_time_s
     at_rest, at_work, current = _ports(design)
     identity = np.eye(plant.outputs)
+    most = 0.25 * design.precision.max  # for none
     limited = problem.constraints.change is not None
     bounds = [("input", design.input_bounds)]
     bounds += [("change", design.change_bounds)] if limited else []
@@ -135,12 +141,8 @@ def declare_servo_mpc(design: ServoMpcDesign) -> Declaration:
             Dimension("TRAJECTORY", problem.horizons.trajectory, "H_t, references taken"),
             Dimension("PARAMETERS", problem.layout.size, "length of theta"),
         ),
-        constants=(
-            Constant("reach", design.reach, f"{design.output_unit}: positions stay within"),
-            Constant("turn", design.turn, f"{design.output_unit}: one turn; 0: no end to it"),
-            Constant("half_turn", 0.5 * design.turn, "half of it"),
-            Constant("turn_inverse", 1.0 / design.turn if design.turn else 0.0, "1 / turn"),
-        ),
+        constants=turn_constants(design.turn, design.output_unit)
+        or (Constant("twice_reach", 2.0 * design.reach, "two positions are not farther apart"),),
         tables=(
             Table("on_state", plant.a.T, "A_p, transposed"),
             Table("on_input", plant.b.T, "B_p, transposed"),
@@ -153,7 +155,11 @@ def declare_servo_mpc(design: ServoMpcDesign) -> Declaration:
             ),
             Table("bound", found.increment_bound, "largest dx_p that measurements can make"),
             *(
-                Table(f"{name}_{side}", getattr(pair, attribute), f"{what} of (1{i})")
+                Table(
+                    f"{name}_{side}",
+                    np.clip(getattr(pair, attribute), -most, most),
+                    f"{what} of (1{i})",
+                )
                 for i, (name, pair) in enumerate(bounds)
                 for side, attribute, what in (
                     ("low", "lower", "lower bounds"),
@@ -166,7 +172,7 @@ def declare_servo_mpc(design: ServoMpcDesign) -> Declaration:
             StateField("drift", "output predicted for it, less the last measured", "OUTPUTS"),
             StateField("last", "last usable measurement", "OUTPUTS"),
             StateField("previous", "u(k-1)", "INPUTS"),
-            StateField("theta", "workspace, no meaning between calls", "PARAMETERS"),
+            StateField("lookup", "of the first move", type=lookup_prefix(design)),
             StateField("ready", "whether reset has been called", type="int32_t"),
         ),
         operations=(
@@ -179,6 +185,7 @@ def declare_servo_mpc(design: ServoMpcDesign) -> Declaration:
                 period_s=period,
             ),
         ),
+        uses=(lookup_prefix(design),),
         facts={"comes_round": bool(design.turn), "limits_change": limited,
                "bounds_signal": problem.constraints.signal is not None},
     )  # fmt: skip

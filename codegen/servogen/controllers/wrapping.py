@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from servogen.controllers.arithmetic import Scalar, scalar_type
+from servogen.controllers.design import Constant
 from servogen.controllers.errors import DesignError
 from servogen.precision import Precision
 
 # A whole number of turns times a whole number of units is exact in float32 below 2^24, so taking
 # turns off a difference rounds nothing; both factors stay below 2^12.
 LARGEST_COUNT = 4096
+
+
+def turn_constants(turn: float, unit: str) -> tuple[Constant, ...]:
+    """What the C of an axis that comes round needs; nothing for one that does not."""
+    if not turn:
+        return ()
+    return (
+        Constant("turn", turn, f"{unit}: one turn"),
+        Constant("half_turn", 0.5 * turn, "half of it"),
+        Constant("turn_inverse", 1.0 / turn, "1 / turn"),
+    )
 
 
 class Wrapping:
@@ -53,4 +65,5 @@ class Wrapping:
             way = way - self._turn
         if way <= -self._half:
             way = way + self._turn
-        return way
+        # it is there already: said for the proof, as in sg_shortest
+        return min(max(way, -self._half), self._half)

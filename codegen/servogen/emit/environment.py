@@ -34,6 +34,7 @@ def make_environment(precision: Precision) -> jinja2.Environment:
     environment.filters["real"] = real
     environment.filters["chomp"] = lambda text: str(text).rstrip("\n")
     environment.filters["numbers"] = numbers
+    environment.filters["integers"] = lambda values: wrap([str(int(v)) for v in values])
     environment.filters["field"] = field_text
     environment.filters["port"] = port_text
     environment.globals["trips"] = trips_text

@@ -18,6 +18,7 @@ from servogen.resources import resource_dir
 from servogen.wcet.package import PackageCount
 
 RUNTIME_FILES = (
+    "sg_angle.h",
     "sg_compiler.h",
     "sg_division.h",
     "sg_kernels.h",

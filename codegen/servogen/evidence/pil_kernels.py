@@ -33,7 +33,7 @@ def with_kernels(package: CPackage) -> tuple[CPackage, Play, str]:
         (f"{d.prefix}_{t.name}", t)
         for d in package.declarations
         for t in d.tables
-        if t.values.size > 1
+        if t.values.size > 1 and not t.integer
     ]
     precision = package.declarations[0].precision
     declaration = Declaration(

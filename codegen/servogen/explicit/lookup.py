@@ -91,6 +91,12 @@ class TreeLookup:
 
     def evaluate(self, theta: FloatArray, dtype: npt.DTypeLike = np.float64) -> FloatArray:
         """(N, nu) first moves of ``theta`` (N, p), in the arithmetic of ``dtype``."""
+        return self.find(theta, dtype)[1]
+
+    def find(
+        self, theta: FloatArray, dtype: npt.DTypeLike = np.float64
+    ) -> tuple[npt.NDArray[np.int64], FloatArray]:
+        """(N,) laws of the leaves reached, and ``evaluate``."""
         own = self.rounded(dtype)
         x = theta.astype(dtype)
         eta = image(own.matrix, own.offset, x) if own.matrix.shape[0] else x
@@ -106,7 +112,7 @@ class TreeLookup:
         u = np.column_stack(moves)
         u = np.where(negated[:, None], -u, u)
         result: FloatArray = np.minimum(np.maximum(u, own.lower), own.upper)
-        return result
+        return law, result
 
 
 def image(matrix: FloatArray, offset: FloatArray, theta: FloatArray) -> FloatArray:

@@ -42,3 +42,7 @@ TOUCHES = 1e-7
 # Sine of an angle, seen from the generators of a cone, below which a hyperplane only touches it.
 # Generators carry about 1e-13; the proof of a tree by linear programs does not rely on this.
 TOUCHES_CONE = 1e-10
+# How far outside the feasible set, in shares of a bound, a parameter still counts as inside when it is
+# looked up: a plant that stands on its limit is feasible whichever way the last digit of its
+# measurement and of the sums was rounded. Some 30 terms of size one round to 1e-14 and 4e-6.
+EDGE = {"float64": 1e-9, "float32": 1e-5}

@@ -1,0 +1,45 @@
+"""All controllers of a servo axis: what is emitted together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from servogen.controllers.design import Declaration
+from servogen.controllers.errors import DesignError
+from servogen.controllers.lookup import Lookup
+from servogen.controllers.lookup_design import LookupDesign, declare_lookup
+from servogen.controllers.pid_design import PidDesign, declare_pid
+from servogen.controllers.servo_mpc import ServoMpc
+from servogen.controllers.servo_mpc_design import (
+    ServoMpcDesign,
+    declare_servo_mpc,
+    lookup_prefix,
+)
+
+
+@dataclass(frozen=True)
+class ServoParts:
+    """The MPC with its lookup, and the PID that it replaces, if there is one.
+
+    Raises:
+        DesignError: a lookup that is not this MPC's.
+    """
+
+    mpc: ServoMpcDesign
+    lookup: LookupDesign
+    pid: PidDesign | None = None
+
+    def __post_init__(self) -> None:
+        fits = (lookup_prefix(self.mpc), self.mpc.problem.layout.size, self.mpc.precision)
+        found = (self.lookup.prefix, self.lookup.parameters, self.lookup.precision)
+        if fits != found:
+            raise DesignError("lookup", str(found), str(fits))
+
+    def declarations(self) -> tuple[Declaration, ...]:
+        """Those used before those that use them; the MPC is the second."""
+        pid = () if self.pid is None else (declare_pid(self.pid),)
+        return (declare_lookup(self.lookup), declare_servo_mpc(self.mpc), *pid)
+
+    def controller(self) -> ServoMpc:
+        """The MPC's reference with the lookup that is emitted."""
+        return ServoMpc(self.mpc, Lookup(self.lookup))
