@@ -50,14 +50,14 @@ class Axis:
 
 
 def _slide() -> TrackingQp:
-    """A mass in friction, 2 ms: current, its change and the position limited."""
+    """A mass in friction, 2 ms: current, its change and the position limited, one move planned."""
     plant = Sampled(
         np.array([[0.98, 0.0], [0.002, 1.0]]),
         np.array([[0.4], [0.0004]]),
         np.array([[0.0, 1.0]]),
         0.002,
     )
-    horizons = Horizons(8, 2, 2)
+    horizons = Horizons(8, 2, 1)
     return tracking_qp(
         plant,
         horizons,
@@ -66,7 +66,7 @@ def _slide() -> TrackingQp:
         Constraints(
             Bounds([-100.0], [150.0]),
             Bounds.symmetric([60.0]),
-            SignalBounds(plant.c, Bounds.symmetric([50.0]), 4),
+            SignalBounds(plant.c, Bounds.symmetric([50.0]), 3),
         ),
     )
 

@@ -8,9 +8,11 @@ import numpy as np
 
 from servogen.controllers.errors import DesignError
 from servogen.controllers.kalman import Noise, design_filter
+from servogen.controllers.lookup_design import design_lookup
 from servogen.controllers.pid_design import Notch, PidDesign
 from servogen.controllers.prediction import Extension, Horizons
-from servogen.controllers.servo_mpc_design import ServoMpcDesign
+from servogen.controllers.servo_mpc_design import ServoMpcDesign, lookup_prefix
+from servogen.controllers.servo_parts import ServoParts
 from servogen.controllers.tracking_qp import (
     Bounds,
     Constraints,
@@ -20,12 +22,18 @@ from servogen.controllers.tracking_qp import (
     tracking_qp,
 )
 from servogen.errors import InputError
+from servogen.explicit.choose import Choice, choose
 from servogen.plants.errors import PlantError
 from servogen.plants.sampled import Sampled
 from servogen.plants.two_mass import TwoMass
 from servogen.precision import PRECISIONS, Precision
+from servogen.progress import Progress
 from servogen.project.servo_load import ServoProject
 from servogen.project.servo_schema import DesignModel, MatricesDrive, PidTable
+from servogen.qp.errors import ProgramError
+
+# Regions beyond which a program is refused: trees over more fill a drive's memory.
+MAX_REGIONS = 5_000
 
 # A design's quantity and the key of the file that it comes from.
 _KEYS = {
@@ -191,6 +199,54 @@ def pid_design(
         )
     except DesignError as error:
         raise _placed(servo, error) from error
+
+
+def lookup_choice(
+    servo: ServoDrive, problem: TrackingQp | None = None, progress: Progress | None = None
+) -> Choice:
+    """The forms that the first move's lookup can take, and the cheapest.
+
+    Raises:
+        InputError: a program with too many regions for any.
+    """
+    program = problem or tracking_problem(servo)
+    try:
+        return choose(program.qp, MAX_REGIONS, progress=progress)
+    except ProgramError as error:
+        raise servo.project.fault("controller.mpc", None, f"a lookup: {error}") from error
+
+
+def servo_parts(
+    servo: ServoDrive,
+    choice: Choice,
+    problem: TrackingQp | None = None,
+    precision: Precision | None = None,
+    progress: Progress | None = None,
+) -> ServoParts:
+    """All that is emitted for the project: the MPC with its lookup, and the PID.
+
+    Args:
+        choice: of ``lookup_choice`` for the same program.
+
+    Raises:
+        InputError: as ``mpc_design`` and ``pid_design``; a program whose lookup the precision
+            cannot hold.
+    """
+    program = problem or tracking_problem(servo)
+    mpc = mpc_design(servo, program, precision)
+    try:
+        lookup = design_lookup(
+            lookup_prefix(mpc),
+            mpc.precision,
+            program.qp,
+            choice,
+            program.plant.sample_time_s,
+            MAX_REGIONS,
+            progress=progress,
+        )
+    except (DesignError, ProgramError) as error:
+        raise servo.project.fault("controller.mpc", None, f"a lookup: {error}") from error
+    return ServoParts(mpc, lookup, pid_design(servo, precision=mpc.precision))
 
 
 def _notch(pid: PidTable) -> Notch | None:

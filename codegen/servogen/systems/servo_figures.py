@@ -16,9 +16,9 @@ from servogen.precision import FloatArray, IntArray
 from servogen.project.servo_schema import MatricesDrive
 from servogen.qp.parametric_solver import ParametricSolver
 from servogen.systems.servo_drive import ServoDrive
-from servogen.systems.servo_loop import DriveRun, Loop, run_drive
+from servogen.systems.servo_loop import DriveRun, Loop, MpcLoop, run_drive
 from servogen.systems.servo_motion import reference_motion
-from servogen.systems.servo_study import FAST, ideal_track, mpc_loop
+from servogen.systems.servo_study import FAST, ideal_track, solving_mpc
 
 WATERFALL_HORIZON = 4
 REST_S = 0.1  # standing still after the motion, so that the end is seen
@@ -76,8 +76,8 @@ def disturbance_run(servo: ServoDrive) -> Disturbance:
     drive = servo.project.drive
     if isinstance(drive, MatricesDrive):
         raise servo.project.error("drive.model", drive.model, '"two_mass", for a pull on the load')
-    loop = mpc_loop(servo)
-    controller = loop.controller
+    controller = solving_mpc(servo)
+    loop = MpcLoop(controller, controller.design.problem.horizons.trajectory)
     solver = ParametricSolver(controller.design.problem.qp)
     limit = float(controller.design.input_bounds.upper[0])
     torque = -PULL_SHARE * limit * drive.torque_constant_n_m_per_a / MILLIAMPERES

@@ -8,9 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servogen.controllers.design import Status, Value
-from servogen.controllers.pid import Pid
-from servogen.controllers.servo_mpc import ServoMpc
+from servogen.controllers.design import Reference, Status, Value
 from servogen.controllers.tracking_qp import TrackingQp
 from servogen.plants.sampled import Sampled
 from servogen.precision import FloatArray, IntArray
@@ -115,11 +113,11 @@ class Loop(Protocol):
 
 
 class MpcLoop:
-    """The MPC's reference step; its current is held between samples."""
+    """An MPC, reference or C, that takes ``taken`` references; its current is held between
+    samples."""
 
-    def __init__(self, controller: ServoMpc) -> None:
-        self.controller = controller
-        self.taken = controller.design.problem.horizons.trajectory
+    def __init__(self, controller: Reference, taken: int) -> None:
+        self.controller, self.taken = controller, taken
         self._current = 0.0
 
     def reset(self, position: float) -> Status:
@@ -128,7 +126,7 @@ class MpcLoop:
     def sample(self, position: float, ahead: FloatArray) -> Status:
         given: dict[str, Value] = {"position": position, "reference": ahead[1:]}
         status, out = self.controller.call("step", given)
-        self._current = float(out["current"])
+        self._current = float(np.asarray(out["current"]))
         return status
 
     def current(self) -> float:
@@ -136,11 +134,11 @@ class MpcLoop:
 
 
 class PidLoop:
-    """The cascaded PID's reference step."""
+    """A cascaded PID, reference or C."""
 
     taken = 0
 
-    def __init__(self, controller: Pid) -> None:
+    def __init__(self, controller: Reference) -> None:
         self.controller = controller
 
     def reset(self, position: float) -> Status:
@@ -150,7 +148,7 @@ class PidLoop:
         return self.controller.call("step", {"position": position, "reference": ahead[0]})[0]
 
     def current(self) -> float:
-        return float(self.controller.call("filter_step")[1]["current"])
+        return float(np.asarray(self.controller.call("filter_step")[1]["current"]))
 
 
 @dataclass(frozen=True)

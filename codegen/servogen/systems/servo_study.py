@@ -167,10 +167,16 @@ def printed_comparison(servo: ServoDrive) -> tuple[tuple[LargestError, ...], str
     )
 
 
-def mpc_loop(servo: ServoDrive) -> MpcLoop:
-    """The project's MPC in float64, its first move by solving the program; for ``run_drive``."""
+def solving_mpc(servo: ServoDrive) -> ServoMpc:
+    """The project's MPC in float64, its first move by solving the program."""
     design = mpc_design(servo, precision=FLOAT64)
-    return MpcLoop(ServoMpc(design, SolvedMove(design.problem, design.precision)))
+    return ServoMpc(design, SolvedMove(design.problem, design.precision))
+
+
+def mpc_loop(servo: ServoDrive) -> MpcLoop:
+    """The same for ``run_drive``."""
+    controller = solving_mpc(servo)
+    return MpcLoop(controller, controller.design.problem.horizons.trajectory)
 
 
 def pid_loop(servo: ServoDrive) -> PidLoop:

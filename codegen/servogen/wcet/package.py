@@ -120,7 +120,7 @@ def count_package(
     Args:
         source_files: the package's C files, tables included.
         include_dirs: folders of its headers.
-        entry_points: names of functions.
+        entry_points: names of functions; static ones too, where one file alone has them.
         defines: ``NAME`` or ``NAME=VALUE`` for the preprocessor.
         types: names of structures whose size is wanted.
 

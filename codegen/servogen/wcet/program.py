@@ -117,9 +117,11 @@ class Program:
         return found.typed
 
     def _entry(self, name: str) -> _Definition:
-        if name not in self._external:
+        """Of an entry point, or of a static function that one unit alone has."""
+        own = [found for (_, called), found in self._definitions.items() if called == name]
+        if name not in self._external and len(own) != 1:
             raise CountRefused(f"cannot count: the entry point '{name}' is not defined")
-        return self._external[name]
+        return self._external.get(name, own[0])
 
     def _lookup(self, unit: Unit, node: c_ast.Node, name: str) -> _Definition:
         own = self._definitions.get((self.units.index(unit), name))
