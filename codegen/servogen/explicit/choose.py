@@ -12,6 +12,7 @@ from servogen.explicit.explore import solve
 from servogen.explicit.grow import grow_tree, is_odd, least_depth
 from servogen.explicit.lookup import Count, TreeLookup, count_clips, tree_lookup
 from servogen.explicit.solution import ExplicitSolution
+from servogen.explicit.tree import Tree
 from servogen.progress import Progress
 from servogen.qp.parametric import ParametricQP
 
@@ -25,7 +26,8 @@ CLOSE = 1.1
 class Form:
     """One form: what it costs, or why it was left out (``lookup`` and ``count`` None then).
 
-    ``solution`` is what its tree was grown for; None for the recursive form.
+    ``solution`` is what its tree was grown for, ``tree`` that tree in the coordinates of the
+    solution, which the lookup's may not be; both None for the recursive form.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Form:
     count: Count | None
     note: str
     solution: ExplicitSolution | None = None
+    tree: Tree | None = None
 
 
 @dataclass(frozen=True)
@@ -128,7 +131,7 @@ def _grown(
     tree = grow_tree(solution, work, mirror, progress)
     lookup = tree_lookup(solution, tree, clip)
     note = f"{len(solution.regions)} regions, {tree.nodes} nodes, depth {tree.depth}"
-    return Form(name, lookup, lookup.count, note, solution)
+    return Form(name, lookup, lookup.count, note, solution, tree)
 
 
 def _regrown(form: Form, limit: float, work: int, progress: Progress | None) -> Form:

@@ -179,6 +179,19 @@ class Estimator(Section):
 _COEFFICIENTS = "a list of three numbers, descending powers of z"
 
 
+class LookupTable(Section):
+    """The explicit solution of the MPC's program: its size, and the search for a small tree."""
+
+    max_regions: Annotated[
+        int,
+        Field(ge=1, le=1_000_000, description="critical regions beyond which a program is refused"),
+    ] = 5000
+    search_nodes: Annotated[
+        int,
+        Field(ge=0, le=10_000_000, description="of the search for a smaller tree; 0: greedy"),
+    ] = 4000
+
+
 class NotchTable(Section):
     """The filter (16) of the current loop."""
 
@@ -205,6 +218,7 @@ class ServoController(Section):
     """The table ``[controller]``."""
 
     mpc: ServoMpc = ServoMpc()
+    lookup: LookupTable = LookupTable()
     estimator: Estimator = Estimator()
     pid: Annotated[PidTable | None, Field(description="none: no PID beside it")] = None
 
@@ -252,6 +266,15 @@ class ServoTarget(Section):
     share: Annotated[
         float, Field(gt=0, le=1, description="of every period, for all that has to be done in it")
     ] = 0.2
+    tracking_error_limit_deg: Annotated[
+        float | None,
+        told(
+            "a number above 0 (deg)",
+            gt=0,
+            le=1e6,
+            description="|output - reference| of the MPC on the reference stays within; or none",
+        ),
+    ] = None
 
 
 class ServoFile(Section):

@@ -1,6 +1,8 @@
 """The report: one HTML file with everything a design review asks for."""
 
 from servogen.reports.data import ReportData
+from servogen.reports.servo_data import ServoReportData
+from servogen.reports.servo_page import make_servo_report
 from servogen.reports.two_stage_page import make_report
 
-__all__ = ["ReportData", "make_report"]
+__all__ = ["ReportData", "ServoReportData", "make_report", "make_servo_report"]

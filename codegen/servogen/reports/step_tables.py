@@ -85,8 +85,8 @@ def _scenarios(scenarios: Sequence[Json]) -> Table:
     return Table(f"All {len(rows)} scenarios", columns, rows, folded=True)
 
 
-def build_parts(data: Found) -> list[Part]:
-    """What was emitted."""
+def build_parts(data: Found, shown: Sequence[str] = ()) -> list[Part]:
+    """What was emitted; ``shown``: keys that the page has tables of its own for."""
     found = data.build
     if found is None:
         return [Missing("The C has not been emitted", _command(data, "build"))]
@@ -95,7 +95,7 @@ def build_parts(data: Found) -> list[Part]:
     scalars = {
         key: value
         for key, value in found.items()
-        if key not in ("schema", "passed", "files", "table_bytes")
+        if key not in ("schema", "passed", "files", "table_bytes", *shown)
     }
     if scalars:
         parts.append(key_table("Package", {label(key): value for key, value in scalars.items()}))

@@ -105,6 +105,7 @@ class SilResult:
             "closed_loops": [
                 {
                     "controller": check.loop.prefix,
+                    "name": check.loop.name,
                     "precision": check.precision,
                     "periods": check.end.periods,
                     "whole_path": check.whole,

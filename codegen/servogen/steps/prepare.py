@@ -9,8 +9,9 @@ from servogen.emit.package import CPackage
 from servogen.precision import PRECISIONS, Precision
 from servogen.progress import Progress
 from servogen.project import Project
+from servogen.project.servo_load import ServoProject
 from servogen.project.systems import AnyProject
-from servogen.steps import two_stage
+from servogen.steps import servo_drive, two_stage
 from servogen.steps.counted import emit_counted
 from servogen.steps.system import Simulated, Studied, System
 from servogen.steps.target import check_target
@@ -65,9 +66,10 @@ def prepare(project: AnyProject, progress: Progress) -> Prepared[Any, Any]:
     match project:
         case Project():
             return Prepared(two_stage.prepare_two_stage(project, progress))
-    raise TypeError(f"no system for {type(project).__name__}")
+        case ServoProject():
+            return Prepared(servo_drive.prepare_servo(project, progress))
 
 
 def proof_titles() -> dict[str, str]:
     """The proofs of every system, name -> title, in the order of the certificate."""
-    return {**two_stage.PROOFS}
+    return {**two_stage.PROOFS, **servo_drive.PROOFS}

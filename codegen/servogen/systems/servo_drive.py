@@ -32,9 +32,6 @@ from servogen.project.servo_load import ServoProject
 from servogen.project.servo_schema import DesignModel, MatricesDrive, PidTable
 from servogen.qp.errors import ProgramError
 
-# Regions beyond which a program is refused: trees over more fill a drive's memory.
-MAX_REGIONS = 5_000
-
 # A design's quantity and the key of the file that it comes from.
 _KEYS = {
     "disturbance_noise": "controller.estimator.disturbance_step_ma",
@@ -207,13 +204,13 @@ def lookup_choice(
     """The forms that the first move's lookup can take, and the cheapest.
 
     Raises:
-        InputError: a program with too many regions for any.
+        InputError: a program with more regions than the project allows, or without any form.
     """
-    program = problem or tracking_problem(servo)
+    program, limits = problem or tracking_problem(servo), servo.project.controller.lookup
     try:
-        return choose(program.qp, MAX_REGIONS, progress=progress)
+        return choose(program.qp, limits.max_regions, limits.search_nodes, progress)
     except ProgramError as error:
-        raise servo.project.fault("controller.mpc", None, f"a lookup: {error}") from error
+        raise _unsolved(servo, error) from error
 
 
 def servo_parts(
@@ -241,12 +238,27 @@ def servo_parts(
             program.qp,
             choice,
             program.plant.sample_time_s,
-            MAX_REGIONS,
+            servo.project.controller.lookup.max_regions,
             progress=progress,
         )
     except (DesignError, ProgramError) as error:
-        raise servo.project.fault("controller.mpc", None, f"a lookup: {error}") from error
+        raise _unsolved(servo, error) from error
     return ServoParts(mpc, lookup, pid_design(servo, precision=mpc.precision))
+
+
+def _unsolved(servo: ServoDrive, error: DesignError | ProgramError) -> InputError:
+    """A program without an explicit solution, or whose solution the precision cannot hold."""
+    if error.key == "number of regions":
+        limit = servo.project.controller.lookup.max_regions
+        expected = (
+            f"room for {error.value} regions, or a shorter controller.mpc.control_horizon or fewer "
+            "constraints"
+        )
+        return servo.project.error("controller.lookup.max_regions", limit, expected)
+    told = "will not do" if error.value is None else f"is {error.value}"
+    return servo.project.fault(
+        "controller.mpc", f"a program whose {error.key} {told}", error.expected
+    )
 
 
 def _notch(pid: PidTable) -> Notch | None:

@@ -11,20 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from servogen.controllers.prediction import Extension
-from servogen.plants.two_mass import MILLIAMPERES
 from servogen.precision import FloatArray, IntArray
-from servogen.project.servo_schema import MatricesDrive
 from servogen.qp.parametric_solver import ParametricSolver
 from servogen.systems.servo_drive import ServoDrive
-from servogen.systems.servo_loop import DriveRun, Loop, MpcLoop, run_drive
-from servogen.systems.servo_motion import reference_motion
+from servogen.systems.servo_loop import DriveRun, Loop, MpcLoop
 from servogen.systems.servo_study import FAST, ideal_track, solving_mpc
+from servogen.systems.servo_task import pull_task, pull_torque, reference_task, run_task
 
 WATERFALL_HORIZON = 4
-REST_S = 0.1  # standing still after the motion, so that the end is seen
-# The pull on the load: a third more than the motor holds at its limit, for a tenth of a second.
-PULL_BEGIN_S, PULL_END_S, PULL_RUN_S = 0.25, 0.35, 0.7
-PULL_SHARE = 4.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -51,8 +45,7 @@ def waterfall(servo: ServoDrive, extension: Extension) -> Waterfall:
 
 def profile_run(servo: ServoDrive, loop: Loop) -> DriveRun:
     """Figures 14 and 15: the project's own reference on the machine, through its encoder."""
-    motion, lasts = reference_motion(servo.project.reference)
-    return run_drive(servo, loop, motion, round((lasts + REST_S) / servo.drive.sample_time_s))
+    return run_task(servo, reference_task(servo), loop)
 
 
 @dataclass(frozen=True)
@@ -73,14 +66,13 @@ def disturbance_run(servo: ServoDrive) -> Disturbance:
     Raises:
         InputError: a drive given by matrices, on which no torque acts.
     """
-    drive = servo.project.drive
-    if isinstance(drive, MatricesDrive):
-        raise servo.project.error("drive.model", drive.model, '"two_mass", for a pull on the load')
+    task, torque = pull_task(servo), pull_torque(servo)
+    if task is None or torque is None:
+        model = servo.project.drive.model
+        raise servo.project.error("drive.model", model, '"two_mass", for a pull on the load')
     controller = solving_mpc(servo)
     loop = MpcLoop(controller, controller.design.problem.horizons.trajectory)
     solver = ParametricSolver(controller.design.problem.qp)
-    limit = float(controller.design.input_bounds.upper[0])
-    torque = -PULL_SHARE * limit * drive.torque_constant_n_m_per_a / MILLIAMPERES
     patterns: list[IntArray] = []
 
     def watch() -> None:
@@ -88,14 +80,7 @@ def disturbance_run(servo: ServoDrive) -> Disturbance:
         rows = np.sign(solver.rows[list(found.active)])
         patterns.append(np.sum(rows, axis=0).astype(np.int64))
 
-    run = run_drive(
-        servo,
-        loop,
-        np.zeros_like,
-        round(PULL_RUN_S / servo.drive.sample_time_s),
-        lambda t: torque if PULL_BEGIN_S <= t < PULL_END_S else 0.0,
-        watch,
-    )
+    run = run_task(servo, task, loop, watch=watch)
     pattern = np.array(patterns)
     return Disturbance(run, pattern, law_numbers(pattern), torque)
 

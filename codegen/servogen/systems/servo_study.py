@@ -3,6 +3,7 @@ largest errors beside those it prints, and the runs that its charts show."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,6 +132,23 @@ def tracking_table(servo: ServoDrive, case: Case, progress: Progress) -> Trackin
         pid=None if run is None else float(np.sum(np.abs(run.error[-last:]))) / whole,
         reference_deg=whole,
     )
+
+
+def statements(tables: Iterable[TrackingTable]) -> list[tuple[str, bool]]:
+    """What the paper says of its Figures 7 and 8, and whether it is so here."""
+    found = []
+    for table in tables:
+        where = f"at {table.case.frequency_hz:g} Hz"
+        first, zero = table.first_order[1:], table.zero_order
+        longer = bool(np.all(np.diff(zero) < 0.0) and np.all(np.diff(first) < 0.0))
+        found += [
+            (f"{where} every longer trajectory horizon tracks better", longer),
+            (f"{where} the first-order hold tracks better", bool(np.all(first < zero[1:]))),
+        ]
+        if table.pid is not None:
+            best = bool(np.all(first < table.pid))
+            found.append((f"{where} the first-order hold tracks better than the PID", best))
+    return found
 
 
 def largest_error(servo: ServoDrive, case: Case) -> LargestError:
