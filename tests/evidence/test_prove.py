@@ -75,6 +75,7 @@ def test_contracts_promise_what_drivers_claim_and_no_more(v):
                 low, high = ends(port, d.precision)
                 assert f"out->{port.name}{'[i]' if port.size else ''} = sg_within" in body
                 assert f"({low}, {high});" in body
+        assert contract.count("assert \\initialized(&self->") == len(d.operations)
         for member in d.state:
             assert (f"self->{member.name}[i] = sg_within" in contract) == bool(member.bound)
             assert (f"<= self->{member.name}[i] <=" in driver) == bool(member.bound)
@@ -268,6 +269,10 @@ FAULTS = {
         CASCADE, "finite", f"{CASCADE}.c",
         "    self->planned = 0;\n    self->priming",
         "    self->fast.state_x[0] = self->state_x[0];\n    self->planned = 0;\n    self->priming",
+    ),
+    "a part never begun": (
+        CASCADE, "finite", f"{CASCADE}.c",
+        "    eva0_governor_init(&self->governor);\n", "",
     ),
     "a part asked with what was never written": (
         CASCADE, "finite", f"{CASCADE}.c",
