@@ -49,7 +49,7 @@ def products(made: CPackage, folder: Path) -> set[str]:
                 found.add(f"{_text(node.left)} {node.op} {_text(node.right)}")
             self.generic_visit(node)
 
-    for definition in program._definitions.values():
+    for definition in program.definitions.values():
         typed = program.typed(definition)
         Visitor().visit(definition.node)
     return {text.replace(f"{made.name.upper()}_", "") for text in found}
