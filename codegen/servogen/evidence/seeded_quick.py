@@ -5,7 +5,6 @@ Each is made for one bench, the sound one, and then run on benches with a fault 
 
 from __future__ import annotations
 
-import subprocess
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from pathlib import Path
 from servogen.controllers.design import Declaration
 from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench, Subject
-from servogen.evidence.tools import demand, run_tool
+from servogen.evidence.tools import demand, run_bytes, run_tool
 from servogen.sil.player import Play, decode, differing, encode, player_source, status_name
 from servogen.wcet.package import count_package
 
@@ -96,16 +95,8 @@ class Equivalence:
             (folder / "player.c").write_text(player_source(declarations), encoding="utf-8")
             objects = [self._object(folder, s) for s in (*sources, folder / "player.c")]
             demand(["gcc", *objects, "-o", folder / "player"], "linking the player")
-            try:
-                done = subprocess.run(
-                    [folder / "player"],
-                    input=encode(declarations, plays),
-                    capture_output=True,
-                    check=False,
-                    timeout=PATIENCE_S,
-                )
-            except subprocess.TimeoutExpired as error:
-                raise CheckFailed(f"no answer in {PATIENCE_S} s") from error
+            calls = encode(declarations, plays)
+            done = run_bytes([folder / "player"], folder, calls, PATIENCE_S)
         if done.returncode != 0:
             raise CheckFailed(f"the player ends with status {done.returncode}")
         return done.stdout
