@@ -8,7 +8,7 @@ from pathlib import Path
 
 from servogen.emit.package import CPackage
 from servogen.evidence.compilers_found import Compiler
-from servogen.evidence.pil_compare import first_difference
+from servogen.evidence.same_bits import first_difference
 from servogen.evidence.tools import run_bytes, run_tool
 from servogen.sil.player import Play, encode, player_source
 

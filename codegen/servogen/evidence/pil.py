@@ -25,11 +25,11 @@ from servogen.evidence.pil_build import (
     build_target,
     tool_versions,
 )
-from servogen.evidence.pil_compare import first_difference
 from servogen.evidence.pil_counts import EXACT, EntryPoint, compare_all
 from servogen.evidence.pil_levels import PLAIN, Level, play_levels
 from servogen.evidence.pil_run import play_board
 from servogen.evidence.pil_stand import Stand, make_stand, within
+from servogen.evidence.same_bits import first_difference
 from servogen.precision import FLOAT64, Precision
 from servogen.progress import Progress
 

@@ -6,27 +6,26 @@ C6000 builds have: the same bits as with the processor's, and nothing undefined 
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from servogen.evidence.answers import answers, misjudged
 from servogen.evidence.bench import Bench, Subject
+from servogen.evidence.complaints import complaint
 from servogen.evidence.finding import Finding
-from servogen.evidence.flags import OWN_DIVISION
+from servogen.evidence.flags import IEEE, OWN_DIVISION
 from servogen.evidence.fuzz_build import CHECKS, LANGUAGE, build_replay
 from servogen.evidence.fuzz_corpus import corpus_dir, kept_files
-from servogen.evidence.pil_compare import first_difference
+from servogen.evidence.same_bits import first_difference
 from servogen.evidence.tools import demand, find_tool, run_tool, version_of
 from servogen.progress import Progress
 from servogen.sil.player import Play, encode, player_source
 
 STEPS = 100  # random steps per controller; the edges come on top
 PERIODS = 300  # of the closed loop
-PLAIN = ("-std=c99", "-ffp-contract=off", "-O2")
+PLAIN = (*IEEE, "-O2")
 DIVISION = "sg_division.h"  # in the packages that divide
-_TROUBLE = re.compile(r"servogen fuzz: .*|.*runtime error: .*|.*ERROR: AddressSanitizer.*")
 
 
 def run(bench: Bench, progress: Progress) -> Finding:
@@ -87,7 +86,7 @@ def play_sanitized(subject: Subject, plays: Sequence[Play], folder: Path) -> lis
         demand(command, f"gcc of the player, {name}", folder)
         done = run_tool([folder / name], folder)
         if done.returncode != 0 or done.stderr:
-            return [f"suite, {name}: {trouble(done.stderr, folder)}"]
+            return [f"suite, {name}: {complaint(done.stderr, folder)}"]
         told = (folder / "results.bin").read_bytes()
         right = right or told
         different = first_difference(declarations, plays, right, told)
@@ -119,15 +118,8 @@ def replay(
         begun = done.stdout.splitlines()
         if done.returncode != 0 or len(begun) != len(files):
             culprit = Path(begun[-1]).name if begun else "none"
-            faults.append(f"{d.prefix}: sequence {culprit}: {trouble(done.stderr, folder)}")
+            faults.append(f"{d.prefix}: sequence {culprit}: {complaint(done.stderr, folder)}")
     return replayed, faults
-
-
-def trouble(said: str, folder: Path) -> str:
-    """The first line of a complaint that says what it is about, without paths of ours."""
-    found = _TROUBLE.search(said)
-    text = found[0] if found else (said.strip().splitlines() or ["it ended early"])[0]
-    return re.sub(r"==\d+==|0x[0-9a-f]+", "", text.replace(f"{folder}/", "")).strip()
 
 
 def sum_of(counts: object) -> int:
