@@ -192,7 +192,8 @@ def test_without_a_clang_the_check_does_not_pass(monkeypatch: pytest.MonkeyPatch
     finding = compilers.run(bench(), Silent())
     assert not finding.passed
     assert finding.faults == ("no clang was run: pip install ziglang, or apt-get install clang",)
-    assert finding.details == ("not run: clang: apt-get install clang",)
+    assert finding.not_run == ("clang: apt-get install clang",)
+    assert finding.line.endswith("; not run: clang")
     assert finding.figures["compilations"]["gcc only -O2"] == 1
 
 

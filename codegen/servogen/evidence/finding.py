@@ -30,6 +30,8 @@ class Finding:
         faults: one sentence for each thing that is wrong; not empty if ``passed`` is False.
         details: further lines for people.
         applies: False where the design has nothing that the check could be about.
+        not_run: parts of the check that were left out here, each ``its name: why``; the names stand
+            in the one line, wherever it is shown.
     """
 
     check: str
@@ -41,6 +43,17 @@ class Finding:
     faults: tuple[str, ...] = ()
     details: tuple[str, ...] = ()
     applies: bool = True
+    not_run: tuple[str, ...] = ()
+
+    @property
+    def line(self) -> str:
+        """The summary, with what was not run."""
+        names = "; ".join(dict.fromkeys(text.partition(":")[0] for text in self.not_run))
+        return f"{self.summary}; not run: {names}" if names else self.summary
+
+    @property
+    def all_details(self) -> tuple[str, ...]:
+        return (*self.details, *(f"not run: {text}" for text in self.not_run))
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -48,12 +61,13 @@ class Finding:
             "check": self.check,
             "passed": self.passed,
             "applies": self.applies,
-            "summary": self.summary,
+            "summary": self.line,
             "tools": dict(self.tools),
             "subjects": dict(self.subjects),
             "figures": dict(self.figures),
             "faults": list(self.faults),
-            "details": list(self.details),
+            "details": list(self.all_details),
+            "not_run": list(self.not_run),
         }
 
 

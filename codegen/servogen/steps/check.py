@@ -45,8 +45,8 @@ class CheckResult:
 
     def lines(self) -> list[str]:
         f = self.finding
-        first = f"{f.check:<9} {f.summary}{'' if f.passed else ', FAILED'}"
-        return [first, *(f"          {line}" for line in (*f.faults, *f.details))]
+        first = f"{f.check:<9} {f.line}{'' if f.passed else ', FAILED'}"
+        return [first, *(f"          {line}" for line in (*f.faults, *f.all_details))]
 
     def to_json(self) -> dict[str, object]:
         return self.finding.to_json()
