@@ -263,7 +263,7 @@ FAULTS = {
     ),
     "a member of a part that nobody promised": (
         CASCADE, "finite", f"{CASCADE}.c",
-        "self->fast.state_x, self->state_x", "self->fast.scratch_x, self->state_x",
+        "sg_bound(ahead_x[i], -eva0_bound_x[i], eva0_bound_x[i])", "self->fast.state_x[i]",
     ),
     "a member of a part written": (
         CASCADE, "finite", f"{CASCADE}.c",
@@ -292,7 +292,7 @@ FAULTS = {
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("self->fast.state_x, self->state_x", "self->state_x, self->fast.state_x"),
+        ("sg_bound(ahead_x[i], -eva0_bound_x[i], eva0_bound_x[i])", "self->fast.state_x[i]"),
         (
             "    self->planned = 0;\n    self->priming",
             "    self->fast.head = 0;\n    self->priming",
