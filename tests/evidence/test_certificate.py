@@ -34,7 +34,7 @@ def state(out: Path) -> str:
 def test_what_is_kept_is_shown_with_its_tools_and_date(tmp_path: Path) -> None:
     keep(GOOD, tmp_path, ORIGIN)
     entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
-    assert (entry.state, entry.summary, entry.input_date) == (PASSED, "all equal", "2026-01-02")
+    assert (entry.state, entry.summary, entry.input_modified) == (PASSED, "all equal", "2026-01-02")
     assert entry.tools == {"qemu": "7.2"}
     assert entry.figures == {"calls": 5}
 

@@ -83,16 +83,17 @@ class Origin:
 
     Attributes:
         digest: sha-256 of the project's files, of its target and of the checks' own lists.
-        date: day of the newest of the project's files.
+        modified: day on which the newest of the project's files was modified, as its file system
+            says: a copy or a clone has the day of copying. The digest is what names the input.
     """
 
     digest: str
-    date: str
+    modified: str
 
 
 def keep(finding: Finding, out: Path, origin: Origin) -> None:
     """Write the finding, with the input it is about."""
-    data = {**finding.to_json(), "input_sha256": origin.digest, "input_date": origin.date}
+    data = {**finding.to_json(), "input_sha256": origin.digest, "input_modified": origin.modified}
     write_file(evidence_file(out, finding.check), json_text(data))
 
 
