@@ -31,8 +31,7 @@ def _int32_is_not_int(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def products(made: CPackage, folder: Path) -> set[str]:
     """Every product and left shift whose type is int and that no compiler folds."""
-    for name, text in made.files.items():
-        (folder / name).write_text(text)
+    made.write(folder)
     program = Program(
         [folder / s for s in made.sources], [folder], [OWN_DIVISION.removeprefix("-D")]
     )
