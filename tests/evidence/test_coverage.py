@@ -21,6 +21,8 @@ from servogen.evidence.coverage_list import Branch, reviewed
 from servogen.sil.player import Play
 from servogen.steps import equivalence
 
+# One worker: what the variants reach is found out once.
+pytestmark = pytest.mark.xdist_group("coverage")
 # Between them they make every line of every template, in both precisions.
 VARIANTS = {
     "cascade": Variant("cov64", horizon=5, cap=12),

@@ -143,11 +143,11 @@ def test_own_division_is_that_of_the_processor(real, bits, tmp_path):
     assert int(done.stdout) > 10_000  # quotients below the normal numbers were among them
 
 
-@pytest.mark.parametrize("v", [BASE, Variant("dspf", horizon=4, cap=9, precision="float32")])
-def test_with_own_division_the_bits_are_the_same(v):
-    folder = temporary_folder(f"{v.prefix}-own")
-    module = compile_package([package(v)], folder, ["-O1", "-DSG_OWN_DIVISION"])
-    for case in suite(design(v), 5, 6):
+def test_with_own_division_the_bits_are_those_of_the_reference():
+    """In float64; in float32 the sanitizers' test plays it."""
+    folder = temporary_folder("dsp-own")
+    module = compile_package([package(BASE)], folder, ["-O1", "-DSG_OWN_DIVISION"])
+    for case in suite(design(BASE), 5, 6):
         reference = case.reference()
         agreement = compare(
             reference, CompiledController(module, reference.declaration), case.calls

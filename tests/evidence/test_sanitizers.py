@@ -34,6 +34,11 @@ VARIANTS = {
     "governor alone, M = 2": Variant("sane2", horizon=0, points=2, ramp=0, precision="float32"),
 }
 
+# The player of each is built once, on one worker.
+of_each_variant = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in VARIANTS]
+)
+
 
 @cache
 def program(name: str) -> Path:
@@ -83,7 +88,7 @@ def expected(d: Declaration, calls) -> dict[str, list[Status]]:
     return asked
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@of_each_variant
 def test_edges_have_the_status_they_deserve(name):
     """Every edge of every input: the status is the worst that its inputs ask for, or worse still
     where the state has a say; outputs stay in their ranges."""
@@ -131,7 +136,7 @@ def garbage(name: str, count: int) -> tuple[bytes, list[int]]:
     return b"".join(parts), numbers
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@of_each_variant
 def test_garbage_in_every_entry_point(name):
     stream, numbers = garbage(name, 4000)
     entries, data, offset = (
