@@ -45,8 +45,8 @@ class CheckResult:
 
     def lines(self) -> list[str]:
         f = self.finding
-        first = f"{f.check:<9} {f.summary}{'' if f.passed else ', FAILED'}"
-        return [first, *(f"          {line}" for line in (*f.faults, *f.details))]
+        first = f"{f.check:<9} {f.line}{'' if f.passed else ', FAILED'}"
+        return [first, *(f"          {line}" for line in (*f.faults, *f.all_details))]
 
     def to_json(self) -> dict[str, object]:
         return self.finding.to_json()
@@ -141,7 +141,7 @@ def _closed_loop(prepared: Prepared, precision: Precision) -> Callable[[int | No
 
 def origin_of(project: Project) -> Origin:
     """Digest of the project's files, its target and the checks' lists, names and folders aside; the
-    day of the newest of the project's files (UTC), or of ``SOURCE_DATE_EPOCH``."""
+    day on which the newest of the project's files was modified (UTC), or ``SOURCE_DATE_EPOCH``."""
     stages = [stage for _, axis in project.machine.axes for stage in (axis.slow, axis.fast)]
     models = [Path(stage.file) for stage in stages if stage.model == "python"]
     files = [project.file, Path(project.path.file), *models]
