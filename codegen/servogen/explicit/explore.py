@@ -1,0 +1,271 @@
+"""All critical regions: from one, across every facet, until every facet is accounted for.
+
+Tondel, Johansen and Bemporad (2003): across a facet on which one multiplier vanishes, that row
+leaves the active set; across one on which a slack vanishes, that row enters it. This settles the
+whole facet if no other row vanishes on it and the new set is independent; the rest is
+``cover.py``'s.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from servogen.explicit import boxes
+from servogen.explicit.cover import (
+    ActiveSet,
+    across,
+    bounds_feasible_set,
+    facet_of,
+    generic_point,
+    subtract,
+)
+from servogen.explicit.errors import ExplicitError
+from servogen.explicit.image import Canonical, canonical
+from servogen.explicit.problem import ParametricQP
+from servogen.explicit.regions import (
+    MULTIPLIER,
+    Candidate,
+    Region,
+    ball_of,
+    candidate,
+    facets,
+    is_full,
+    is_independent,
+)
+from servogen.explicit.small_lp import Ball, inner_ball
+from servogen.explicit.solution import ExplicitSolution, Findings, first_move_law, group_laws
+from servogen.explicit.tolerances import FLAT, QP_VIOLATION
+from servogen.plants.statespace import FloatArray, read_only
+from servogen.progress import Progress, Silent, Task
+from servogen.qp.active_set import project
+
+# Directions tried from the middle of the feasible set for a first region that is not flat.
+_STARTS = 40
+
+
+def solve(
+    problem: ParametricQP, max_regions: int, progress: Progress | None = None
+) -> ExplicitSolution:
+    """All regions of a parametric program, its first-move laws, and what was met on the way.
+
+    Args:
+        max_regions: give up beyond this count.
+        progress: told region by region; an interrupt between two regions ends the work.
+
+    Raises:
+        ExplicitError: more than ``max_regions`` regions, no feasible parameters, or only a
+            lower-dimensional set of them.
+    """
+    program = canonical(problem)
+    watcher = Silent() if progress is None else progress
+    if program.box_optimum:
+        count = 3**problem.variables
+        if count > max_regions and not program.domain_bounds.size:
+            raise _too_many(max_regions, str(count))
+        with watcher.task("Computing regions", total=count) as task:
+            found, findings = _all_patterns(problem, program, max_regions, task)
+    else:
+        with watcher.task("Computing regions") as task:
+            search = _Search(problem, program, max_regions, task)
+            search.run()
+        found, findings = list(search.regions.values()), search.findings()
+    found.sort(key=lambda region: (len(region.active), region.active))
+    pieces = [first_move_law(program, region.slope, region.offset) for region in found]
+    laws, index = group_laws([gain for gain, _ in pieces], [offset for _, offset in pieces])
+    numbered = tuple(
+        replace(region, law=int(law)) for region, law in zip(found, index, strict=True)
+    )
+    index.flags.writeable = False
+    return ExplicitSolution(problem, program, numbered, laws, index, findings)
+
+
+def _too_many(limit: int, found: str) -> ExplicitError:
+    expected = f"at most {limit} (a shorter horizon, fewer constraints, or a higher limit)"
+    return ExplicitError("number of regions", found, expected)
+
+
+def _all_patterns(
+    problem: ParametricQP, program: Canonical, limit: int, task: Task
+) -> tuple[list[Region], Findings]:
+    n, bounded = problem.variables, program.domain_bounds.size > 0
+    found: list[Region] = []
+    for active in boxes.patterns(n):
+        task.advance()
+        made = candidate(program, active)
+        assert made is not None  # a box has no constant rows
+        ball = ball_of(program, made) if bounded else boxes.middle_of(made, n)
+        if bounded and not is_full(ball):
+            continue
+        if len(found) == limit:
+            raise _too_many(limit, f"more than {limit}")
+        found.append(_region(program, made, ball, irredundant=not bounded))
+    return found, Findings(closed_form=not bounded)
+
+
+def _region(program: Canonical, made: Candidate, ball: Ball, irredundant: bool) -> Region:
+    rows = np.arange(made.k.size)
+    if not irredundant:
+        groups = facets(made.h, made.k, program.domain_rows, program.domain_bounds, ball.centre)
+        rows = np.array([group[0] for group in groups], dtype=np.int64)
+    numbers = tuple(sorted(int(program.numbers[i]) for i in made.active))
+    weak = tuple(sorted(int(program.numbers[i]) for i in made.weakly_active))
+    return Region(
+        numbers, read_only(made.h[rows]), read_only(made.k[rows]), read_only(made.slope),
+        read_only(made.offset), read_only(ball.centre), ball.radius, -1, weak,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Open:
+    """A region whose facets are still to be crossed, with the rows that vanish on each."""
+
+    region: Region
+    made: Candidate
+    groups: list[list[int]]
+
+
+@dataclass
+class _Search:
+    problem: ParametricQP
+    program: Canonical
+    limit: int
+    task: Task
+    regions: dict[ActiveSet, Region] = field(default_factory=dict)
+    queue: deque[_Open] = field(default_factory=deque)
+    nothing: set[ActiveSet] = field(default_factory=set)
+    flat: set[ActiveSet] = field(default_factory=set)
+    unresolved: list[str] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: {"end": 0, "shared": 0, "stepped": 0})
+
+    def run(self) -> None:
+        self._start()
+        while self.queue:
+            work = self.queue.popleft()
+            self.task.advance()
+            for row, group in enumerate(work.groups):
+                if not self._adjacent(work, group):
+                    self._stepped(work.region, row)
+
+    def findings(self) -> Findings:
+        weak = sum(1 for region in self.regions.values() if region.weakly_active)
+        flat = tuple(sorted(tuple(int(self.program.numbers[i]) for i in a) for a in self.flat))
+        return Findings(
+            False, self.counts["end"], self.counts["shared"], self.counts["stepped"], flat, weak,
+            tuple(self.unresolved),
+        )  # fmt: skip
+
+    def _build(self, active: ActiveSet) -> Region | None:
+        """The region of an independent active set, taken up if new; None if flat or empty."""
+        if active in self.regions:
+            return self.regions[active]
+        if active in self.nothing:
+            return None
+        made = candidate(self.program, active)
+        ball = None if made is None else ball_of(self.program, made)
+        if made is None or ball is None or not is_full(ball):
+            self.nothing.add(active)
+            if ball is not None and ball.radius > -FLAT:
+                self.flat.add(active)
+            return None
+        if len(self.regions) == self.limit:
+            raise _too_many(self.limit, f"more than {self.limit}")
+        program = self.program
+        groups = facets(made.h, made.k, program.domain_rows, program.domain_bounds, ball.centre)
+        leaders = [group[0] for group in groups]
+        kept = replace(made, h=made.h[leaders], k=made.k[leaders])
+        region = _region(program, kept, ball, irredundant=True)
+        self.regions[active] = region
+        self.queue.append(_Open(region, made, groups))
+        return region
+
+    def _adjacent(self, work: _Open, group: list[int]) -> bool:
+        """Whether the facet is settled by the one row that vanishes on it."""
+        if len(group) != 1:
+            return False
+        place, kind = int(work.made.places[group[0]]), work.made.kinds[group[0]]
+        if kind == MULTIPLIER:
+            beyond = tuple(i for i in work.made.active if i != place)
+        else:
+            beyond = tuple(sorted((*work.made.active, place)))
+            if not is_independent(self.program, beyond):
+                return False
+        region = self._build(beyond)
+        if region is None:
+            return False
+        # behind a wide facet a region can only be missed if rows that vanish there were not seen as
+        # equal; then the region found does not reach the facet everywhere, and is not the answer
+        if not _shares(region, work.made.h[group[0]], work.made.k[group[0]]):
+            return False
+        self.counts["shared"] += 1
+        return True
+
+    def _stepped(self, region: Region, row: int) -> None:
+        height = float(region.k[row])
+        if bounds_feasible_set(self.program, region.h[row], height):
+            self.counts["end"] += 1
+            return
+        self.counts["stepped"] += 1
+        pieces = [facet_of(region, self.program, row)]
+        while pieces:
+            piece = pieces.pop()
+            if generic_point(piece) is None:
+                continue
+            behind = across(self.program, piece, self._build)
+            if isinstance(behind, str):
+                self.unresolved.append(behind)
+            elif behind is not None and piece.basis.shape[1]:
+                pieces.extend(subtract(piece, behind))
+
+    def _start(self) -> None:
+        centre, radius = self._middle()
+        for trial in range(_STARTS):
+            shift = np.cos((1.0 + 2.3 * np.arange(centre.size)) * (1.0 + trial))
+            point = centre + 0.5 * radius * shift / np.linalg.norm(shift)
+            optimum = project(self.program.g, self.program.w + self.program.e @ point, QP_VIOLATION)
+            if optimum is not None and self._build(optimum.active) is not None:
+                return
+        raise ExplicitError("regions", None, "a region that is not flat around the first point")
+
+    def _middle(self) -> tuple[FloatArray, float]:
+        """A ball of feasible parameters, by one linear program in (s, eta)."""
+        program = self.program
+        n, r = program.g.shape[1], program.image.size
+        lengths = np.linalg.norm(program.e, axis=1)
+        # a ball of eta alone needs slack |e| for each row of (s, eta); given all of it, s may stay
+        rows = np.vstack([
+            np.column_stack([program.g, -program.e, lengths]),
+            np.column_stack([np.zeros((program.domain_bounds.size, n)), program.domain_rows,
+                             np.ones(program.domain_bounds.size)]),
+            np.append(np.zeros(n + r), 1.0),
+        ])  # fmt: skip
+        bounds = np.concatenate([program.w, program.domain_bounds, [1.0]])
+        point, radius = _best(rows, bounds, n)
+        if radius <= FLAT:
+            wide = inner_ball(rows[:-1, :-1], bounds[:-1])
+            if wide.radius > FLAT:
+                return wide.centre[n:], wide.radius
+            expected = "a full-dimensional set of parameters for which it has a solution"
+            text = "empty" if wide.radius < -FLAT else "flat"
+            raise ExplicitError("feasible set of the program", text, expected)
+        return point, radius
+
+
+def _best(rows: FloatArray, bounds: FloatArray, n: int) -> tuple[FloatArray, float]:
+    from servogen.sets.polyhedron import maximise
+
+    objective = np.zeros(rows.shape[1])
+    objective[-1] = 1.0
+    best = maximise(rows, bounds, objective)
+    assert best.point is not None
+    return best.point[n:-1], best.value
+
+
+def _shares(region: Region, normal: FloatArray, height: float) -> bool:
+    """Whether ``region`` has a facet on normal eta = height, seen from the other side."""
+    if not region.k.size:
+        return False
+    same = np.max(np.abs(region.h + normal), axis=1) <= 1e-6
+    return bool(np.any(same & (np.abs(region.k + height) <= 1e-6 * (1.0 + abs(height)))))

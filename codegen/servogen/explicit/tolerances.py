@@ -1,0 +1,47 @@
+"""Every tolerance of the explicit solutions, each with its reason.
+
+The geometry is done in coordinates of the parameters in which one is a bound of the program (see
+``image.py``), with rows of unit length. Lengths below are therefore shares of a bound.
+"""
+
+from __future__ import annotations
+
+# The Hessian's smallest eigenvalue relative to its largest: below it, a multiplier that comes from
+# a solve with the Hessian has less than four digits left of float64's sixteen.
+CONVEXITY = 1e-12
+# A singular value of the parameters' map relative to its largest, with columns of unit size: data
+# printed with 16 digits and condensed over 50 steps keep about 1e-13; a direction that matters by
+# less than this share cannot be told from that noise, and moves no bound by more.
+RANK = 1e-10
+# Smallest distance of a unit row from the span of the other active rows (LICQ). Multipliers grow
+# with its inverse square: 1e-6 leaves four digits of them.
+INDEPENDENCE = 1e-6
+# A row of a region whose normal is shorter than this, relative to the terms that it is the
+# difference of, is a constant: the terms cancel to about 1e-13 at the conditions admitted above.
+CONSTANT_ROW = 1e-9
+# Radius of the largest ball inside a set that counts as full-dimensional. The linear programs are
+# exact to 1e-11 here; the thinnest region of the servo drive with six moves is 1e-4.
+FLAT = 1e-8
+# Two unit rows, or two offsets, that differ by no more are one hyperplane. A facet computed from
+# both its sides agrees to about 1e-11; the thinnest set that counts is two of FLAT thick.
+SAME_PLANE = 1e-8
+# How far beyond its bound a row may be reached and still be redundant: a tenth of FLAT, so that
+# dropping rows cannot make a flat set look full-dimensional.
+REDUNDANT = 1e-9
+# Two first-move laws are one when their coefficients differ by no more than this, relative to the
+# largest coefficient of any law: exact duplicates agree to 1e-12, and a law replaced by another so
+# close moves the first move by no more than 1e-9 of a bound per bound of parameter.
+SAME_LAW = 1e-9
+# The primal and dual residual at which a small linear program's vertex is accepted; beyond it the
+# program is handed to HiGHS.
+LP_RESIDUAL = 1e-10
+# A constraint of the quadratic program counts as violated beyond this; unit rows, one is a bound.
+QP_VIOLATION = 1e-11
+# Steps across a facet that the adjacency of active sets does not settle: the first is well above
+# FLAT, the last still ten times above what the quadratic program resolves.
+STEPS_ACROSS = (1e-5, 1e-6, 1e-7)
+# A found neighbour must contain the point of the facet that was stepped across, within a step.
+TOUCHES = 1e-7
+# Sine of an angle, seen from the generators of a cone, below which a hyperplane only touches it.
+# Generators carry about 1e-13; the proof of a tree by linear programs does not rely on this.
+TOUCHES_CONE = 1e-10
