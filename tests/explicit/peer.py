@@ -9,7 +9,7 @@ import numpy as np
 from servogen.explicit.problem import ParametricQP
 
 
-def ppopt_active_sets(problem: ParametricQP, algorithm: str) -> list[tuple[int, ...]]:
+def ppopt_active_sets(problem: ParametricQP, algorithm: str, process: bool = False) -> list[tuple[int, ...]]:
     """Active sets of PPOPT's regions, in our numbers of the constraints.
 
     Args:
@@ -35,7 +35,7 @@ def ppopt_active_sets(problem: ParametricQP, algorithm: str) -> list[tuple[int, 
             problem.domain_rows * extent,
             problem.domain_bounds[:, None].copy(),
             s * extent / length[:, None],
-            post_process=False,
+            post_process=process,
         )
         kept = numbers.tolist()
         found = solve_mpqp(program, getattr(mpqp_algorithm, algorithm)).critical_regions

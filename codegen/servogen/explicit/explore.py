@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from servogen.explicit.regions import (
     is_full,
     is_independent,
 )
-from servogen.explicit.small_lp import Ball, inner_ball
+from servogen.explicit.small_lp import Ball, inner_ball, inner_balls
 from servogen.explicit.solution import ExplicitSolution, Findings, first_move_law, group_laws
 from servogen.explicit.tolerances import FLAT, QP_VIOLATION
 from servogen.plants.statespace import FloatArray, read_only
@@ -44,6 +45,8 @@ from servogen.qp.active_set import project
 
 # Directions tried from the middle of the feasible set for a first region that is not flat.
 _STARTS = 40
+# Patterns of a box whose linear programs are solved together.
+_CHUNK = 256
 
 
 def solve(
@@ -92,24 +95,41 @@ def _all_patterns(
 ) -> tuple[list[Region], Findings]:
     n, bounded = problem.variables, program.domain_bounds.size > 0
     found: list[Region] = []
-    for active in boxes.patterns(n):
-        task.advance()
-        made = candidate(program, active)
-        assert made is not None  # a box has no constant rows
-        ball = ball_of(program, made) if bounded else boxes.middle_of(made, n)
-        if bounded and not is_full(ball):
-            continue
-        if len(found) == limit:
+    waiting = boxes.patterns(n)
+    while chunk := list(islice(waiting, _CHUNK)):
+        made = [candidate(program, active) for active in chunk]
+        full = [each for each in made if each is not None]
+        assert len(full) == len(chunk)  # a box has no constant rows
+        balls = _balls(program, full) if bounded else [boxes.middle_of(each, n) for each in full]
+        task.advance(len(chunk))
+        kept = [i for i, ball in enumerate(balls) if not bounded or is_full(ball)]
+        if len(found) + len(kept) > limit:
             raise _too_many(limit, f"more than {limit}")
-        found.append(_region(program, made, ball, irredundant=not bounded))
+        chosen = [full[i] for i in kept]
+        centres = [balls[i].centre for i in kept]
+        rows = facets(program, chosen, centres) if bounded else [None] * len(kept)
+        for i, each, groups in zip(kept, chosen, rows, strict=True):
+            found.append(_region(program, each, balls[i], groups))
     return found, Findings(closed_form=not bounded)
 
 
-def _region(program: Canonical, made: Candidate, ball: Ball, irredundant: bool) -> Region:
-    rows = np.arange(made.k.size)
-    if not irredundant:
-        groups = facets(made.h, made.k, program.domain_rows, program.domain_bounds, ball.centre)
-        rows = np.array([group[0] for group in groups], dtype=np.int64)
+def _balls(program: Canonical, made: list[Candidate]) -> list[Ball]:
+    """Balls in the regions of patterns, the domain included; patterns differ in their rows."""
+    most = max(each.k.size for each in made)
+    h = np.zeros((len(made), most, program.image.size))
+    k = np.ones((len(made), most))  # rows 0 eta <= 1 fill up
+    for i, each in enumerate(made):
+        h[i, : each.k.size], k[i, : each.k.size] = each.h, each.k
+    domain = np.broadcast_to(program.domain_rows, (len(made), *program.domain_rows.shape))
+    limits = np.broadcast_to(program.domain_bounds, (len(made), program.domain_bounds.size))
+    return inner_balls(np.concatenate([h, domain], axis=1), np.concatenate([k, limits], axis=1))
+
+
+def _region(
+    program: Canonical, made: Candidate, ball: Ball, groups: list[list[int]] | None
+) -> Region:
+    """The region with the first row of each group for a facet, with every row where None."""
+    rows = slice(None) if groups is None else [group[0] for group in groups]
     numbers = tuple(sorted(int(program.numbers[i]) for i in made.active))
     weak = tuple(sorted(int(program.numbers[i]) for i in made.weakly_active))
     return Region(
@@ -172,11 +192,8 @@ class _Search:
             return None
         if len(self.regions) == self.limit:
             raise _too_many(self.limit, f"more than {self.limit}")
-        program = self.program
-        groups = facets(made.h, made.k, program.domain_rows, program.domain_bounds, ball.centre)
-        leaders = [group[0] for group in groups]
-        kept = replace(made, h=made.h[leaders], k=made.k[leaders])
-        region = _region(program, kept, ball, irredundant=True)
+        groups = facets(self.program, [made], [ball.centre])[0]
+        region = _region(self.program, made, ball, groups)
         self.regions[active] = region
         self.queue.append(_Open(region, made, groups))
         return region

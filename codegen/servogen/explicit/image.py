@@ -231,21 +231,27 @@ def _box_image(image: Image, low: FloatArray, high: FloatArray) -> tuple[FloatAr
     """Facets of {M theta + m : low <= theta <= high}: each is normal to r - 1 edges of the box."""
     edges = image.matrix * (0.5 * (high - low))  # (r, p), half edges
     centre = image.of(0.5 * (low + high))
-    r = image.size
-    normals: list[FloatArray] = []
-    for chosen in combinations(range(edges.shape[1]), r - 1):
-        spanned = edges[:, chosen]
-        lengths = np.linalg.norm(spanned, axis=0)
-        if np.any(lengths == 0.0):
-            continue
-        left, values, _ = np.linalg.svd(spanned / lengths, full_matrices=True)
-        if r > 1 and values[-1] < SAME_PLANE:
-            continue
-        normal = left[:, -1]
-        normal = normal * np.sign(normal[np.argmax(np.abs(normal))])
-        if all(np.max(np.abs(normal - other)) > SAME_PLANE for other in normals):
-            normals.append(normal)
-    rows = np.array(normals)
-    reach = np.sum(np.abs(rows @ edges), axis=1)
-    middle = rows @ centre
-    return np.vstack([rows, -rows]), np.concatenate([middle + reach, reach - middle])
+    normals = _unit_normals(edges)
+    reach = np.sum(np.abs(normals @ edges), axis=1)
+    middle = normals @ centre
+    return np.vstack([normals, -normals]), np.concatenate([middle + reach, reach - middle])
+
+
+def _unit_normals(edges: FloatArray) -> FloatArray:
+    """(facets, r): normals of all independent choices of r - 1 edges, opposite ones once."""
+    r = edges.shape[0]
+    lengths = np.linalg.norm(edges, axis=0)
+    unit = edges[:, lengths > 0.0] / lengths[lengths > 0.0]
+    chosen = np.array(list(combinations(range(unit.shape[1]), r - 1)), dtype=np.int64)
+    if r == 1:
+        return np.ones((1, 1))
+    left, values, _ = np.linalg.svd(unit.T[chosen].transpose(0, 2, 1), full_matrices=True)
+    normals = left[values[:, -1] > SAME_PLANE, :, -1]
+    largest = np.argmax(np.abs(normals), axis=1)
+    normals = normals * np.sign(normals[np.arange(normals.shape[0]), largest])[:, None]
+    kept: list[int] = []
+    for i in range(normals.shape[0]):
+        if not kept or np.min(np.max(np.abs(normals[kept] - normals[i]), axis=1)) > SAME_PLANE:
+            kept.append(i)
+    result: FloatArray = normals[kept]
+    return result

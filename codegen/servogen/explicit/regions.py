@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servogen.explicit.image import Canonical
-from servogen.explicit.small_lp import Ball, greatest, inner_ball
+from servogen.explicit.small_lp import Ball, BoolArray, IntArray, greatest_many, inner_ball
 from servogen.explicit.tolerances import (
     CONSTANT_ROW,
     FLAT,
@@ -18,6 +18,8 @@ from servogen.explicit.tolerances import (
 from servogen.plants.statespace import FloatArray
 
 MULTIPLIER, SLACK = 0, 1
+# Linear programs of different regions that are solved together.
+_CHUNK = 256
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class Candidate:
     active: tuple[int, ...]
     h: FloatArray
     k: FloatArray
-    kinds: FloatArray
-    places: FloatArray
+    kinds: IntArray
+    places: IntArray
     slope: FloatArray
     offset: FloatArray
     weakly_active: tuple[int, ...]
@@ -84,7 +86,9 @@ def candidate(program: Canonical, active: tuple[int, ...]) -> Candidate | None:
     N = (g_a g_a')^-1.
     """
     a = list(active)
-    rest = np.setdiff1d(np.arange(program.w.size), a)
+    inactive = np.ones(program.w.size, dtype=bool)
+    inactive[a] = False
+    rest = np.flatnonzero(inactive)
     g_a = program.g[a]
     solved = np.linalg.solve(g_a @ g_a.T, np.column_stack([program.e[a], program.w[a]]))
     both = g_a.T @ solved
@@ -125,39 +129,51 @@ def ball_of(program: Canonical, found: Candidate) -> Ball:
 
 
 def facets(
-    h: FloatArray, k: FloatArray, domain_h: FloatArray, domain_k: FloatArray, centre: FloatArray
-) -> list[list[int]]:
-    """Rows of {h x <= k} that are facets within the domain, each with the rows equal to it.
+    program: Canonical, made: list[Candidate], centres: list[FloatArray]
+) -> list[list[list[int]]]:
+    """Of each candidate, the rows that are facets within the domain, with the rows equal to them.
 
-    Rays from the interior point ``centre`` settle most rows: the one that a ray meets first, well
-    before any other, is a facet. The others each cost a linear program.
+    Rays from an interior point settle most rows: the one that a ray meets first, well before any
+    other, is a facet. The others cost a linear program each; all are solved together. Of a
+    full-dimensional set without equal rows, those that are no facets may go together.
     """
-    groups = _equal_rows(h, k)
-    leaders = [group[0] for group in groups]
-    rows, bounds = h[leaders], k[leaders]
-    all_rows, all_bounds = np.vstack([rows, domain_h]), np.concatenate([bounds, domain_k])
-    known = _met_first(all_rows, all_bounds, rows, centre)
-    kept = list(range(all_bounds.size))
-    result = []
-    for i in range(len(leaders)):
-        if not known[i]:
-            others = [j for j in kept if j != i]
-            loosened = np.append(all_bounds[others], all_bounds[i] + 1.0)
-            top = greatest(np.vstack([all_rows[others], all_rows[i]]), loosened, all_rows[i])
-            if top <= all_bounds[i] + REDUNDANT:
-                kept = others
-                continue
-        result.append(groups[i])
-    return result
+    groups = [_equal_rows(each.h, each.k) for each in made]
+    leaders = [[group[0] for group in mine] for mine in groups]
+    domain_h, domain_k = program.domain_rows, program.domain_bounds
+    most = max((len(mine) for mine in leaders), default=0)
+    is_facet = np.zeros((len(made), most), dtype=bool)
+    h = np.zeros((len(made), most + domain_k.size, program.image.size))
+    k = np.ones((len(made), most + domain_k.size))  # rows 0 eta <= 1 fill up
+    h[:, most:], k[:, most:] = domain_h, domain_k
+    pending: list[tuple[int, int]] = []
+    for i, (each, rows, centre) in enumerate(zip(made, leaders, centres, strict=True)):
+        count = len(rows)
+        h[i, :count], k[i, :count] = each.h[rows], each.k[rows]
+        is_facet[i, :count] = _met_first(h[i], k[i], each.h[rows], centre)[:count]
+        pending += [(i, j) for j in range(count) if not is_facet[i, j]]
+    for start in range(0, len(pending), _CHUNK):
+        chunk = np.array(pending[start : start + _CHUNK])
+        at, row = chunk[:, 0], chunk[:, 1]
+        loosened = k[at]
+        loosened[np.arange(at.size), row] += 1.0
+        tops = greatest_many(h[at], loosened, h[at, row])
+        is_facet[at, row] = tops > k[at, row] + REDUNDANT
+    return [
+        [group for group, facet in zip(mine, is_facet[i], strict=False) if facet]
+        for i, mine in enumerate(groups)
+    ]
 
 
 def _equal_rows(h: FloatArray, k: FloatArray) -> list[list[int]]:
     """Rows gathered with their equals; of parallel rows only those with the least bound stay."""
+    apart = np.max(np.abs(h[:, None] - h[None]), axis=2) if k.size else np.zeros((0, 0))
+    if np.count_nonzero(apart <= SAME_PLANE) == k.size:  # each is like itself alone
+        return [[i] for i in range(k.size)]
     groups: list[list[int]] = []
     for i in range(k.size):
         for group in groups:
             j = group[0]
-            if np.max(np.abs(h[i] - h[j])) <= SAME_PLANE:
+            if apart[i, j] <= SAME_PLANE:
                 if abs(k[i] - k[j]) <= SAME_PLANE * (1.0 + abs(k[i])):
                     group.append(i)
                 elif k[i] < k[j]:
@@ -168,21 +184,22 @@ def _equal_rows(h: FloatArray, k: FloatArray) -> list[list[int]]:
     return groups
 
 
-def _met_first(h: FloatArray, k: FloatArray, rays: FloatArray, centre: FloatArray) -> FloatArray:
+def _met_first(h: FloatArray, k: FloatArray, rays: FloatArray, centre: FloatArray) -> BoolArray:
     """(rows,) whether some ray from ``centre`` leaves the set through that row alone."""
     known = np.zeros(k.size, dtype=bool)
     slack = k - h @ centre
-    if np.any(slack <= 0.0) or not rays.size:
+    if k.size < 2 or np.any(slack <= 0.0):
         return known
     speed = h @ rays.T
     with np.errstate(divide="ignore", invalid="ignore"):
         times = np.where(speed > 1e-9, slack[:, None] / speed, np.inf)
-    order = np.argsort(times, axis=0)
-    for j in range(rays.shape[0]):
-        first = times[order[0, j], j]
-        second = times[order[1, j], j] if k.size > 1 else np.inf
-        if np.isfinite(first) and second > first * (1.0 + 1e-6) + REDUNDANT * 10.0:
-            known[order[0, j]] = True
+    first = np.argmin(times, axis=0)
+    at = np.arange(rays.shape[0])
+    nearest = times[first, at].copy()
+    times[first, at] = np.inf
+    clear = np.isfinite(nearest)
+    clear[clear] = times.min(axis=0)[clear] > nearest[clear] * (1.0 + 1e-6) + 10.0 * REDUNDANT
+    known[first[clear]] = True
     return known
 
 

@@ -1,9 +1,9 @@
-"""Linear programs of a few variables by a dual simplex method, checked, with HiGHS behind it.
+"""Linear programs of a few variables, many at once, by a dual simplex method that is checked.
 
-A region of three parameters asks for hundreds of programs of three or four variables. Calling
-HiGHS costs two milliseconds each, nearly all of it set-up; the method here costs a tenth. Each
-vertex it returns passed a test of optimality (feasible, multipliers not negative, stationary) on a
-basis solved afresh; what fails the test goes to ``servogen.sets.polyhedron``.
+Regions and trees ask for thousands of programs of three to ten variables. Calling HiGHS costs two
+milliseconds each, nearly all of it set-up; here a whole batch goes through each step of the method
+together. Every vertex returned passed a test of optimality (feasible, multipliers not negative,
+stationary) on its basis solved afresh; what fails goes to ``servogen.sets.polyhedron``.
 """
 
 from __future__ import annotations
@@ -11,40 +11,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from servogen.explicit.tolerances import LP_RESIDUAL
 from servogen.plants.statespace import FloatArray
+from servogen.sets.errors import SetError
 from servogen.sets.polyhedron import maximise
+
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
 
 # Walls |x_i| <= wall that give the method its first vertex; they are not part of the program. A
 # vertex held by a wall is no answer: the next wall is tried, then HiGHS.
 _WALLS = (1e2, 1e5)
 _MAX_PIVOTS = 200
-
-
-@dataclass(frozen=True)
-class Vertex:
-    """``point`` (n,), the rows that hold it and whether one of the walls is among those."""
-
-    point: FloatArray
-    value: float
-    walled: bool
-
-
-def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
-    """Greatest ``objective`` . x over {h x <= k}: inf if unbounded, -inf if the set is empty.
-
-    Args:
-        h: (rows, n), rows of about unit size; k: (rows,); objective: (n,).
-    """
-    for wall in _WALLS:
-        found = _simplex(h, k, objective, wall)
-        if found is not None and not found.walled:
-            return found.value
-    try:
-        return maximise(h, k, objective).value
-    except ValueError:
-        return float("-inf")
+# Programs that go through the method together, so that their rows stay within some megabytes.
+_BATCH = 256
 
 
 @dataclass(frozen=True)
@@ -55,84 +37,170 @@ class Ball:
     radius: float
 
 
+def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
+    """Greatest ``objective`` . x over {h x <= k}: inf if unbounded, -inf if the set is empty.
+
+    Args:
+        h: (rows, n), rows of about unit size; k: (rows,); objective: (n,).
+    """
+    return float(greatest_many(h, k[None], objective[None])[0])
+
+
+def greatest_many(h: FloatArray, k: FloatArray, objectives: FloatArray) -> FloatArray:
+    """The same for a batch: k (batch, rows), objectives (batch, n), h as k or one for all."""
+    values = np.empty(k.shape[0])
+    for start in range(0, k.shape[0], _BATCH):
+        chunk = slice(start, start + _BATCH)
+        own = h if h.ndim == 2 else h[chunk]
+        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk])
+    return values
+
+
+def _greatest_chunk(h: FloatArray, k: FloatArray, objectives: FloatArray) -> FloatArray:
+    values = np.full(k.shape[0], np.nan)
+    todo = np.arange(k.shape[0])
+    for wall in _WALLS:
+        own = h if h.ndim == 2 else h[todo]
+        found = _simplex(own, k[todo], objectives[todo], wall)
+        good = found.settled & ~found.walled
+        values[todo[good]] = np.sum(found.points * objectives[todo], axis=1)[good]
+        todo = todo[~good]
+        if not todo.size:
+            return values
+    for i in todo:
+        try:
+            values[i] = maximise(h if h.ndim == 2 else h[i], k[i], objectives[i]).value
+        except SetError:
+            values[i] = -np.inf
+    return values
+
+
 def inner_ball(h: FloatArray, k: FloatArray, cap: float = 1.0) -> Ball:
     """The largest ball of radius at most ``cap`` in {h x <= k}, rows of any length.
 
     Where the set leaves a choice, the centre lies near the origin rather than far from it. A
-    negative radius is by how far the rows must be loosened for the set to have a point.
+    negative radius is by how far unit rows must be loosened for the set to have a point.
     """
-    n = h.shape[1]
-    rows = np.zeros((h.shape[0] + 1, n + 1))
-    rows[:-1, :n], rows[:-1, n], rows[-1, n] = h, np.sqrt(np.sum(h * h, axis=1)), 1.0
-    bounds, objective = np.append(k, cap), np.append(np.zeros(n), 1.0)
+    return inner_balls(h[None], k[None], cap)[0]
+
+
+def inner_balls(h: FloatArray, k: FloatArray, cap: float = 1.0) -> list[Ball]:
+    """The same for a batch of sets: h (batch, rows, n), k (batch, rows)."""
+    balls: list[Ball] = []
+    for start in range(0, k.shape[0], _BATCH):
+        chunk = slice(start, start + _BATCH)
+        balls += _ball_chunk(h[chunk], k[chunk], cap)
+    return balls
+
+
+def _ball_chunk(h: FloatArray, k: FloatArray, cap: float) -> list[Ball]:
+    batch, count, n = h.shape
+    rows = np.zeros((batch, count + 1, n + 1))
+    rows[:, :-1, :n], rows[:, -1, n] = h, 1.0
+    rows[:, :-1, n] = np.sqrt(np.sum(h * h, axis=2))
+    bounds = np.column_stack([k, np.full(batch, cap)])
+    objective = np.append(np.zeros(n), 1.0)
+    result: list[Ball | None] = [None] * batch
+    todo = np.arange(batch)
     for wall in _WALLS:
-        found = _simplex(rows, bounds, objective, wall)
+        found = _simplex(rows[todo], bounds[todo], np.tile(objective, (todo.size, 1)), wall)
         # a ball of good size is inside the set; a small one may be the walls' doing
-        if found is not None and (not found.walled or found.value > 1e-3 * cap):
-            return Ball(found.point[:n], found.value)
-    best = maximise(rows, bounds, objective)
-    assert best.point is not None  # the cap bounds it and a negative radius is always feasible
-    return Ball(best.point[:n], best.value)
+        good = found.settled & (~found.walled | (found.points[:, n] > 1e-3 * cap))
+        for i in np.flatnonzero(good):
+            result[todo[i]] = Ball(found.points[i, :n], float(found.points[i, n]))
+        todo = todo[~good]
+        if not todo.size:
+            break
+    for i in todo:
+        best = maximise(rows[i], bounds[i], objective)
+        assert best.point is not None  # the cap bounds it, a negative radius is always feasible
+        result[i] = Ball(best.point[:n], best.value)
+    return [ball for ball in result if ball is not None]
 
 
-def _simplex(h: FloatArray, k: FloatArray, objective: FloatArray, wall: float) -> Vertex | None:
-    """Dual simplex from the walls' corner; None if it does not settle within its tolerances."""
-    n = objective.size
-    signs = np.where(objective >= 0.0, 1.0, -1.0)
-    basis = list(range(-n, 0))  # negative: a wall
-    inverse = np.diag(signs)  # of the basic rows
-    duals = np.abs(objective)
-    held = np.full(n, wall)
+@dataclass(frozen=True)
+class _Vertices:
+    """``points`` (batch, n); ``settled``: optimal; ``walled``: held by a wall among others."""
+
+    points: FloatArray
+    settled: BoolArray
+    walled: BoolArray
+
+
+def _simplex(h: FloatArray, k: FloatArray, objectives: FloatArray, wall: float) -> _Vertices:
+    """Dual simplex from the walls' corners. h: (rows, n) for all, or (batch, rows, n)."""
+    batch, n = objectives.shape
+    signs = np.where(objectives >= 0.0, 1.0, -1.0)
+    basis = np.tile(np.arange(-n, 0), (batch, 1))  # negative: a wall
+    inverse = signs[:, :, None] * np.eye(n)  # of the basic rows
+    duals, held = np.abs(objectives), np.full((batch, n), wall)
+    optimal = np.zeros(batch, dtype=bool)
+    live = np.arange(batch)  # programs still moving; the arrays above shrink with it
+    final = basis.copy()
     for _ in range(_MAX_PIVOTS):
-        point = inverse @ held
-        excess = h @ point - k
-        worst = int(np.argmax(excess)) if excess.size else 0
-        if not excess.size or excess[worst] <= 0.1 * LP_RESIDUAL:
-            return _verified(h, k, objective, signs, basis, wall)
-        # the entering row in terms of the basic ones; its multiplier rises, theirs must stay >= 0
-        share = h[worst] @ inverse
-        falling = np.flatnonzero(share > 1e-11)
-        if not falling.size:
-            return None  # no point within the walls: not ours to say that there is none without
-        ratios = duals[falling] / share[falling]
-        least = float(np.min(ratios))
+        points = (inverse @ held[:, :, None])[:, :, 0]
+        own = h if h.ndim == 2 else h[live]
+        excess = (own @ points[:, :, None])[:, :, 0] - k[live]
+        worst = np.argmax(excess, axis=1) if k.shape[1] else np.zeros(live.size, dtype=np.int64)
+        at = np.arange(live.size)
+        ends = excess[at, worst] <= 0.1 * LP_RESIDUAL if k.shape[1] else at >= 0
+        rows = own[worst] if own.ndim == 2 and k.shape[1] else None
+        if rows is None and k.shape[1]:
+            rows = own[at, worst]
+        share = np.zeros((live.size, n)) if rows is None else (rows[:, None, :] @ inverse)[:, 0]
+        # the entering row's multiplier rises, those of the basic rows must stay >= 0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = np.where(share > 1e-11, duals / share, np.inf)
+        least = ratios.min(axis=1)
+        stuck = ~ends & np.isinf(least)  # no point within the walls: HiGHS is to say it
+        optimal[live[ends]] = True
+        final[live] = basis
+        moving = ~(ends | stuck)
+        if not moving.any():
+            break
+        if not moving.all():
+            live, basis, inverse = live[moving], basis[moving], inverse[moving]
+            duals, held, share = duals[moving], held[moving], share[moving]
+            ratios, least, worst = ratios[moving], least[moving], worst[moving]
+            at = np.arange(live.size)
         # of equal ratios the largest pivot: the basis stays as well conditioned as it can
-        ties = falling[ratios <= least + 1e-14]
-        out = int(ties[np.argmax(share[ties])])
-        duals -= least * share
-        duals[out] = least
-        np.maximum(duals, 0.0, out=duals)
-        pivot = inverse[:, out] / share[out]
-        inverse -= np.outer(pivot, share)
-        inverse[:, out] = pivot
-        basis[out], held[out] = worst, k[worst]
-    return None
+        ties = ratios <= least[:, None] + 1e-14
+        out = np.argmax(np.where(ties, share, -np.inf), axis=1)
+        duals = np.maximum(duals - least[:, None] * share, 0.0)
+        duals[at, out] = least
+        pivot = inverse[at, :, out] / share[at, out][:, None]
+        inverse = inverse - pivot[:, :, None] * share[:, None, :]
+        inverse[at, :, out] = pivot
+        basis[at, out], held[at, out] = worst, k[live, worst]
+    return _verified(h, k, objectives, signs, final, optimal, wall)
 
 
 def _verified(
-    h: FloatArray, k: FloatArray, objective: FloatArray, signs: FloatArray, basis: list[int],
-    wall: float,
-) -> Vertex | None:  # fmt: skip
-    """The vertex of ``basis``, solved afresh, if it is optimal."""
-    n = objective.size
-    rows, held = np.empty((n, n)), np.empty(n)
-    for i, row in enumerate(basis):
-        if row < 0:
-            rows[i], held[i] = 0.0, wall
-            rows[i, row + n] = signs[row + n]
-        else:
-            rows[i], held[i] = h[row], k[row]
-    try:
-        point: FloatArray = np.linalg.solve(rows, held).astype(np.float64)
-        duals = np.linalg.solve(rows.T, objective)
-    except np.linalg.LinAlgError:
-        return None
-    size = 1.0 + float(np.max(np.abs(duals)))
-    if np.min(duals) < -LP_RESIDUAL * size:
-        return None
-    # one wall beyond the origin is one unit of a bound here; far out, the rows lose those digits
-    slack = LP_RESIDUAL * (1.0 + 1e-3 * float(np.max(np.abs(point))))
-    if h.size and float(np.max(h @ point - k)) > slack:
-        return None
-    walled = any(row < 0 and duals[i] > 1e-12 * size for i, row in enumerate(basis))
-    return Vertex(point, float(objective @ point), walled)
+    h: FloatArray, k: FloatArray, objectives: FloatArray, signs: FloatArray, basis: IntArray,
+    optimal: BoolArray, wall: float,
+) -> _Vertices:  # fmt: skip
+    """Vertices solved afresh from their bases; settled where they pass the test of optimality."""
+    batch, n = objectives.shape
+    at = np.arange(batch)[:, None]
+    at_wall = basis < 0
+    safe = np.where(at_wall, 0, basis)
+    if k.shape[1]:
+        rows = (h[safe] if h.ndim == 2 else h[at, safe]).copy()
+        held = np.where(at_wall, wall, k[at, safe])
+    else:
+        rows, held = np.zeros((batch, n, n)), np.full((batch, n), wall)
+    walls = signs[:, :, None] * np.eye(n)
+    rows[at_wall] = walls[at, np.where(at_wall, basis + n, 0)][at_wall]
+    settled = optimal & (np.abs(np.linalg.det(rows)) > 0.0)
+    rows[~settled] = np.eye(n)
+    points: FloatArray = np.linalg.solve(rows, held[:, :, None])[:, :, 0].astype(np.float64)
+    duals = np.linalg.solve(rows.transpose(0, 2, 1), objectives[:, :, None])[:, :, 0]
+    size = 1.0 + np.max(np.abs(duals), axis=1)
+    settled &= np.min(duals, axis=1) >= -LP_RESIDUAL * size
+    # far out, the rows lose the digits that the point's size takes
+    slack = LP_RESIDUAL * (1.0 + 1e-3 * np.max(np.abs(points), axis=1))
+    if k.shape[1]:
+        excess = (h @ points[:, :, None])[:, :, 0] - k
+        settled &= np.max(excess, axis=1) <= slack
+    walled = np.any(at_wall & (duals > 1e-12 * size[:, None]), axis=1)
+    return _Vertices(points, settled, walled)

@@ -130,16 +130,13 @@ def group_laws(gains: list[FloatArray], offsets: list[FloatArray]) -> tuple[Laws
     """
     tables = np.array([np.column_stack([g, o]) for g, o in zip(gains, offsets, strict=True)])
     scale = np.max(np.abs(tables), axis=(0, 2))
-    scale = np.where(scale > 0.0, scale, 1.0)
+    tables_scaled = tables / np.where(scale > 0.0, scale, 1.0)[None, :, None]
     leaders: list[int] = []
     index = np.zeros(len(gains), dtype=np.int64)
-    for i, table in enumerate(tables):
-        for place, leader in enumerate(leaders):
-            if np.max(np.abs(table - tables[leader]) / scale[:, None]) <= SAME_LAW:
-                index[i] = place
-                break
-        else:
-            index[i] = len(leaders)
+    for i, table in enumerate(tables_scaled):
+        same = np.max(np.abs(tables_scaled[leaders] - table), axis=(1, 2)) <= SAME_LAW
+        if not np.any(same):
             leaders.append(i)
+        index[i] = np.argmax(same) if np.any(same) else len(leaders) - 1
     kept = tables[leaders]
     return Laws(read_only(kept[:, :, :-1]), read_only(kept[:, :, -1])), index

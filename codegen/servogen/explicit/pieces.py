@@ -1,0 +1,121 @@
+"""The pieces that regions fall into under the hyperplanes of a tree, each cut made once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servogen.explicit.cones import Cone, cone_of, cut, homogeneous, sides
+from servogen.explicit.small_lp import BoolArray, IntArray
+from servogen.explicit.solution import ExplicitSolution
+from servogen.explicit.tolerances import SAME_PLANE
+from servogen.plants.statespace import FloatArray
+
+Node = tuple[int, ...]
+
+
+@dataclass
+class Pieces:
+    """Pieces of regions, numbered as they come up.
+
+    Attributes:
+        planes: (planes, r + 1) homogeneous unit normals of the candidate hyperplanes.
+        laws: law of each piece.
+        below, above: (planes,) of each piece, which planes it has points strictly on each side of.
+    """
+
+    planes: FloatArray
+    cones: list[Cone] = field(default_factory=list)
+    laws: list[int] = field(default_factory=list)
+    keys: list[tuple[int, frozenset[tuple[int, int]]]] = field(default_factory=list)
+    below: list[BoolArray] = field(default_factory=list)
+    above: list[BoolArray] = field(default_factory=list)
+    known: dict[tuple[int, frozenset[tuple[int, int]]], int] = field(default_factory=dict)
+
+    def add(self, region: int, law: int, cuts: frozenset[tuple[int, int]], cone: Cone) -> int:
+        """The number of a piece, new or not."""
+        key = (region, cuts)
+        if key in self.known:
+            return self.known[key]
+        number = len(self.laws)
+        self.known[key] = number
+        self.cones.append(cone)
+        self.laws.append(law)
+        self.keys.append(key)
+        below, above = sides(cone, self.planes)
+        self.below.append(below)
+        self.above.append(above)
+        return number
+
+    def side(self, piece: int, plane: int, sign: int) -> int:
+        """The part of a piece below (-1) or above (1) a plane that crosses it."""
+        region, cuts = self.keys[piece]
+        wanted = cuts | {(plane, sign)}
+        if (region, wanted) in self.known:
+            return self.known[(region, wanted)]
+        part = cut(self.cones[piece], -sign * self.planes[plane])
+        return self.add(region, self.laws[piece], wanted, part)
+
+    def split(self, node: Node, plane: int) -> tuple[Node, Node]:
+        """The pieces of a node below and above a plane."""
+        halves: tuple[list[int], list[int]] = ([], [])
+        for piece in node:
+            low, high = self.below[piece][plane], self.above[piece][plane]
+            if low:
+                halves[0].append(self.side(piece, plane, -1) if high else piece)
+            if high:
+                halves[1].append(self.side(piece, plane, 1) if low else piece)
+        return tuple(sorted(halves[0])), tuple(sorted(halves[1]))
+
+    def laws_of(self, node: Node) -> int:
+        """How many different laws a node still holds."""
+        return len({self.laws[piece] for piece in node})
+
+    def scores(self, node: Node) -> tuple[IntArray, IntArray, IntArray]:
+        """(planes,) each: laws below, laws above, pieces on both sides together."""
+        ordered = sorted(node, key=lambda piece: (self.laws[piece], piece))
+        laws = np.array([self.laws[piece] for piece in ordered])
+        starts = np.flatnonzero(np.append(True, laws[1:] != laws[:-1]))
+        below = np.array([self.below[piece] for piece in ordered])
+        above = np.array([self.above[piece] for piece in ordered])
+        laws_below = np.sum(np.logical_or.reduceat(below, starts, axis=0), axis=0)
+        laws_above = np.sum(np.logical_or.reduceat(above, starts, axis=0), axis=0)
+        return laws_below, laws_above, np.sum(below, axis=0) + np.sum(above, axis=0)
+
+
+def hyperplanes(solution: ExplicitSolution) -> FloatArray:
+    """(planes, r + 1): those of all facets of all regions, each once, homogeneous unit normals.
+
+    The largest entry of the part that multiplies eta is positive.
+    """
+    size = solution.image.size
+    kept = np.zeros((0, size + 1))
+    for region in solution.regions:
+        for row in homogeneous(region.h, region.k) if region.k.size else ():
+            signed = row * np.sign(row[np.argmax(np.abs(row[:size]))])
+            if not kept.size or np.min(np.max(np.abs(kept - signed), axis=1)) > SAME_PLANE:
+                kept = np.vstack([kept, signed])
+    return kept
+
+
+def whole(solution: ExplicitSolution, mirror: int = -1) -> tuple[Pieces, Node]:
+    """The pieces to begin with, every region within the domain, and the root that holds them.
+
+    Args:
+        mirror: only the half of the parameters where this coordinate is not negative; -1 for all.
+    """
+    pieces = Pieces(hyperplanes(solution))
+    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds
+    if mirror >= 0:
+        rows = np.vstack([rows, -np.eye(solution.image.size)[mirror]])
+        bounds = np.append(bounds, 0.0)
+    half = np.append(np.eye(solution.image.size)[mirror], 0.0)[None]
+    root = []
+    for i, region in enumerate(solution.regions):
+        full = cone_of(region.h, region.k)
+        if mirror >= 0 and not sides(full, half)[1][0]:
+            continue
+        cone = cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]))
+        root.append(pieces.add(i, int(solution.law_of[i]), frozenset(), cone))
+    return pieces, tuple(root)
