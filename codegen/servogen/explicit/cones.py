@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servogen.explicit.small_lp import BoolArray
+from servogen.explicit.small_lp import BoolArray, IntArray
 from servogen.explicit.tolerances import TOUCHES_CONE
 from servogen.plants.statespace import FloatArray
 
@@ -83,7 +83,7 @@ def _cut_line(cone: Cone, normal: FloatArray, along: FloatArray) -> Cone:
 
 
 def _new_rays(
-    cone: Cone, heights: FloatArray, above: FloatArray, below: FloatArray
+    cone: Cone, heights: FloatArray, above: IntArray, below: IntArray
 ) -> tuple[FloatArray, BoolArray]:
     """Where the edges between rays above and below meet the plane.
 

@@ -65,7 +65,7 @@ def solve(
     program = canonical(problem)
     watcher = Silent() if progress is None else progress
     if program.box_optimum:
-        count = 3**problem.variables
+        count = 3 ** int(np.sum(problem.bounded))
         if count > max_regions and not program.domain_bounds.size:
             raise _too_many(max_regions, str(count))
         with watcher.task("Computing regions", total=count) as task:
@@ -93,7 +93,7 @@ def _too_many(limit: int, found: str) -> ExplicitError:
 def _all_patterns(
     problem: ParametricQP, program: Canonical, limit: int, task: Task
 ) -> tuple[list[Region], Findings]:
-    n, bounded = problem.variables, program.domain_bounds.size > 0
+    n, bounded = int(np.sum(problem.bounded)), program.domain_bounds.size > 0
     found: list[Region] = []
     waiting = boxes.patterns(n)
     while chunk := list(islice(waiting, _CHUNK)):

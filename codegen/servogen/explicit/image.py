@@ -118,11 +118,23 @@ def canonical(problem: ParametricQP) -> Canonical:
     )
 
 
+def scales(problem: ParametricQP) -> tuple[FloatArray, FloatArray]:
+    """Half the range (n,) and the middle (n,) of each variable of a box program.
+
+    A variable without bounds gets the mean half range of the others, and 0.
+    """
+    bounded = problem.bounded
+    lower = np.where(bounded, problem.lower, 0.0)
+    upper = np.where(bounded, problem.upper, 0.0)
+    half = 0.5 * (upper - lower)
+    half[~bounded] = np.mean(half[bounded])
+    return half, 0.5 * (upper + lower)
+
+
 def scaled_optimum(problem: ParametricQP) -> Image:
     """The unconstrained optimum of a box program, +-1 at the bounds: (n, p), (n,), any rank."""
     slope, offset = problem.unconstrained()
-    half = 0.5 * (problem.upper - problem.lower)
-    middle = 0.5 * (problem.upper + problem.lower)
+    half, middle = scales(problem)
     return Image(slope / half[:, None], (offset - middle) / half)
 
 

@@ -21,41 +21,43 @@ class Pieces:
 
     Attributes:
         planes: (planes, r + 1) homogeneous unit normals of the candidate hyperplanes.
-        laws: law of each piece.
+        cones, regions, laws: of each piece.
         below, above: (planes,) of each piece, which planes it has points strictly on each side of.
     """
 
     planes: FloatArray
     cones: list[Cone] = field(default_factory=list)
+    regions: list[int] = field(default_factory=list)
     laws: list[int] = field(default_factory=list)
-    keys: list[tuple[int, frozenset[tuple[int, int]]]] = field(default_factory=list)
     below: list[BoolArray] = field(default_factory=list)
     above: list[BoolArray] = field(default_factory=list)
-    known: dict[tuple[int, frozenset[tuple[int, int]]], int] = field(default_factory=dict)
+    known: dict[tuple[int, bytes, bytes], int] = field(default_factory=dict)
+    parts: dict[tuple[int, int, int], int] = field(default_factory=dict)
 
-    def add(self, region: int, law: int, cuts: frozenset[tuple[int, int]], cone: Cone) -> int:
-        """The number of a piece, new or not."""
-        key = (region, cuts)
-        if key in self.known:
-            return self.known[key]
-        number = len(self.laws)
-        self.known[key] = number
-        self.cones.append(cone)
-        self.laws.append(law)
-        self.keys.append(key)
+    def add(self, region: int, law: int, cone: Cone) -> int:
+        """The number of a piece, new or not.
+
+        A piece is its region within the planes that do not cross it, so the sides that it has of
+        the planes tell it from every other piece of its region.
+        """
         below, above = sides(cone, self.planes)
-        self.below.append(below)
-        self.above.append(above)
-        return number
+        key = (region, below.tobytes(), above.tobytes())
+        if key not in self.known:
+            self.known[key] = len(self.laws)
+            self.cones.append(cone)
+            self.regions.append(region)
+            self.laws.append(law)
+            self.below.append(below)
+            self.above.append(above)
+        return self.known[key]
 
     def side(self, piece: int, plane: int, sign: int) -> int:
         """The part of a piece below (-1) or above (1) a plane that crosses it."""
-        region, cuts = self.keys[piece]
-        wanted = cuts | {(plane, sign)}
-        if (region, wanted) in self.known:
-            return self.known[(region, wanted)]
-        part = cut(self.cones[piece], -sign * self.planes[plane])
-        return self.add(region, self.laws[piece], wanted, part)
+        key = (piece, plane, sign)
+        if key not in self.parts:
+            part = cut(self.cones[piece], -sign * self.planes[plane])
+            self.parts[key] = self.add(self.regions[piece], self.laws[piece], part)
+        return self.parts[key]
 
     def split(self, node: Node, plane: int) -> tuple[Node, Node]:
         """The pieces of a node below and above a plane."""
@@ -117,5 +119,5 @@ def whole(solution: ExplicitSolution, mirror: int = -1) -> tuple[Pieces, Node]:
         if mirror >= 0 and not sides(full, half)[1][0]:
             continue
         cone = cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]))
-        root.append(pieces.add(i, int(solution.law_of[i]), frozenset(), cone))
+        root.append(pieces.add(i, int(solution.law_of[i]), cone))
     return pieces, tuple(root)

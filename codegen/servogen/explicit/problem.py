@@ -58,10 +58,16 @@ class ParametricQP:
         return int(self.linear.shape[1])
 
     @property
+    def bounded(self) -> npt.NDArray[np.bool_]:
+        """(n,) which variables have two finite bounds."""
+        return np.isfinite(self.lower) & np.isfinite(self.upper)
+
+    @property
     def is_box(self) -> bool:
-        """Whether every variable has two finite bounds and there is no other constraint."""
-        finite = np.isfinite(self.lower) & np.isfinite(self.upper)
-        return self.rows.shape[0] == 0 and bool(np.all(finite))
+        """Whether bounds are the only constraints, both of a variable or none."""
+        free = np.isinf(self.lower) & np.isinf(self.upper)
+        whole = bool(np.all(self.bounded | free)) and bool(np.any(self.bounded))
+        return self.rows.shape[0] == 0 and whole
 
     def unconstrained(self) -> tuple[FloatArray, FloatArray]:
         """-H^-1 F (n, p) and -H^-1 f (n,): the optimum without constraints is affine in theta."""
