@@ -76,7 +76,7 @@ def solve(
             search.run()
         found, findings = list(search.regions.values()), search.findings()
     found.sort(key=lambda region: (len(region.active), region.active))
-    pieces = [first_move_law(program, region.slope, region.offset) for region in found]
+    pieces = [first_move_law(problem, program, region) for region in found]
     laws, index = group_laws([gain for gain, _ in pieces], [offset for _, offset in pieces])
     numbered = tuple(
         replace(region, law=int(law)) for region, law in zip(found, index, strict=True)

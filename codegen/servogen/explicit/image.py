@@ -76,8 +76,8 @@ def canonical(problem: ParametricQP) -> Canonical:
     ``MAX_IMAGE_FACETS`` facets; otherwise eta keeps all parameters.
 
     Raises:
-        ExplicitError: a constraint row of G that is zero but for S, which limits the parameters
-            and belongs into the domain.
+        ExplicitError: a row of G that is zero (``parametric_qp`` moves those to the domain), or no
+            parameter that matters.
     """
     g, w, s, numbers = problem.all_rows()
     slope, offset = problem.unconstrained()
@@ -86,7 +86,7 @@ def canonical(problem: ParametricQP) -> Canonical:
     lengths = np.linalg.norm(scaled, axis=1)
     if np.any(lengths == 0.0):
         i = int(numbers[np.flatnonzero(lengths == 0.0)[0]])
-        expected = "an entry that is not zero (a limit on parameters alone belongs to the domain)"
+        expected = "an entry that is not zero (limits on theta alone go to the domain)"
         raise ExplicitError(f"rows[{i}]", 0.0, expected)
     w_seen = (w - g @ offset) / lengths
     e_seen = (s - g @ slope) / lengths[:, None]

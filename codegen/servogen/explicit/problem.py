@@ -103,8 +103,9 @@ def parametric_qp(
 ) -> ParametricQP:
     """A ``ParametricQP`` with what is not given left out: f = 0, S = 0, no bounds, no domain.
 
-    Bounds of G z whose rows only restate bounds of single variables (one entry, S zero) become
-    ``lower`` and ``upper``, so that a box is recognised however it was written.
+    Rows of G that only restate bounds of single variables (one entry, S zero) become ``lower`` and
+    ``upper``, so that a box is recognised however it was written; rows of zeros limit theta alone
+    and go to the domain. Constraint numbers count the rows that are left.
 
     Raises:
         ExplicitError: shapes that do not fit, numbers that are not finite, H not positive definite,
@@ -123,6 +124,14 @@ def parametric_qp(
         g, w, s, low, high = _single_bounds(g, w, s, low, high)
     d = _or(domain_rows, np.zeros((0, p)))
     limits = _or(domain_bounds, np.zeros(d.shape[0]))
+    if shapes and d.ndim == 2 and d.shape == (limits.size, p):
+        alone = ~np.any(g, axis=1)
+        empty = alone & ~np.any(s, axis=1)
+        if np.any(empty & (w < 0.0)):
+            i = int(np.flatnonzero(empty & (w < 0.0))[0])
+            raise ExplicitError("bounds of a row of zeros", float(w[i]), "0 or more")
+        d, limits = np.vstack([d, -s[alone & ~empty]]), np.append(limits, w[alone & ~empty])
+        g, w, s = g[~alone], w[~alone], s[~alone]
     f0 = _or(constant, np.zeros(n))
     return ParametricQP(h, f, f0, g, w, s, low, high, d, limits, first_move)
 

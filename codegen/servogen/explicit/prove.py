@@ -185,7 +185,9 @@ class _Walk:
         objectives = np.vstack([apart, -apart])
         self.programs += len(objectives)
         tops = greatest_many(h, np.tile(k, (len(objectives), 1)), objectives)
-        return [float(v) for v in tops + np.concatenate([constant, -constant]) if v > -np.inf]+[0.0]
+        return [float(v) for v in tops + np.concatenate([constant, -constant]) if v > -np.inf] + [
+            0.0
+        ]
 
 
 def _clipped_difference(

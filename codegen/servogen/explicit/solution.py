@@ -114,12 +114,21 @@ class ExplicitSolution:
 
 
 def first_move_law(
-    program: Canonical, slope: FloatArray, offset: FloatArray
+    problem: ParametricQP, program: Canonical, region: Region
 ) -> tuple[FloatArray, FloatArray]:
-    """The first moves (nu, r), (nu,) of an optimum s = slope eta + offset."""
-    nu = program.base_offset.size
-    gain = program.unscale[:nu] @ slope + program.base
-    return gain, program.unscale[:nu] @ offset + program.base_offset
+    """The first moves (nu, r), (nu,) of a region's optimum.
+
+    A move at its own bound is that bound exactly: what rounding leaves of its gain would be
+    multiplied by parameters far outside any box.
+    """
+    nu, n, m = problem.first_move, problem.variables, problem.rows.shape[0]
+    gain = program.unscale[:nu] @ region.slope + program.base
+    offset = program.unscale[:nu] @ region.offset + program.base_offset
+    for number in region.active:
+        side, i = divmod(number - m, n)
+        if number >= m and i < nu:
+            gain[i], offset[i] = 0.0, (problem.upper, problem.lower)[side][i]
+    return gain, offset
 
 
 def group_laws(gains: list[FloatArray], offsets: list[FloatArray]) -> tuple[Laws, IntArray]:

@@ -135,9 +135,7 @@ def condensed(
     return parametric_qp(hessian, linear, lower=-limit, upper=limit, first_move=m, **given)
 
 
-def double_integrator(
-    horizon: int, position: float = 5.0, velocity: float = 5.0
-) -> ParametricQP:
+def double_integrator(horizon: int, position: float = 5.0, velocity: float = 5.0) -> ParametricQP:
     """MPT's manual: x+ = [1 1; 0 1] x + [1; 0.5] u, Q = I, R = 1, |u| <= 1, |x_i| limited.
 
     The limits hold at x_0..x_{N-1}: those of x_0 are the parameters' domain.
@@ -148,4 +146,77 @@ def double_integrator(
     return condensed(
         a, b, eye, np.eye(1), eye * 0.0, horizon, np.array([1.0]), rows, bounds,
         last_limited=horizon, domain=(rows, bounds),
+    )  # fmt: skip
+
+
+def random_program(
+    seed: int, variables: int, parameters: int, rows: int, first_move: int = 1
+) -> ParametricQP:
+    """Feasible at theta = 0; theta within +-2, |z_i| <= 3, ``rows`` random limits on z and theta."""
+    generator = np.random.default_rng(seed)
+    root = generator.normal(size=(variables, variables))
+    return parametric_qp(
+        root @ root.T + 0.3 * np.eye(variables),
+        generator.normal(size=(variables, parameters)),
+        constant=0.3 * generator.normal(size=variables),
+        rows=generator.normal(size=(rows, variables)),
+        bounds=generator.uniform(0.3, 1.5, rows),
+        bounds_parameter=0.5 * generator.normal(size=(rows, parameters)),
+        lower=np.full(variables, -3.0),
+        upper=np.full(variables, 3.0),
+        domain_rows=np.vstack([np.eye(parameters), -np.eye(parameters)]),
+        domain_bounds=np.full(2 * parameters, 2.0),
+        first_move=first_move,
+    )
+
+
+def regulator_2002() -> ParametricQP:
+    """Example 7.1 of Bemporad, Morari, Dua and Pistikopoulos, Automatica 38 (2002) 3-20.
+
+    H and F as printed there, N_u = 2, |u| <= 2, theta the state.
+    """
+    hessian = np.array([[1.5064, 0.4838], [0.4838, 1.5258]])
+    linear = np.array([[9.6652, 7.0732], [5.2115, -7.0879]])
+    return parametric_qp(hessian, linear, lower=[-2.0, -2.0], upper=[2.0, 2.0])
+
+
+def toolbox_double_integrator() -> ParametricQP:
+    """The double integrator of the Model Predictive Control Toolbox's explicit MPC pages.
+
+    1/s^2 at 0.1 s, horizons 10 and 3, weights 1 on the output and 0.1 on the input's rate (both
+    squared), |u| <= 1; parameters: the states within 10, the previous input within 1.1 and the
+    reference within 2.
+    """
+    time, horizon, moves, weight = 0.1, 10, 3, 0.1**2
+    a, b = np.array([[1.0, 0.0], [time, 1.0]]), np.array([[time], [0.5 * time**2]])
+    c = np.array([[0.0, 1.0]])
+    psi, theta = np.zeros((horizon, 2)), np.zeros((horizon, moves))
+    for i in range(1, horizon + 1):
+        psi[i - 1] = c @ np.linalg.matrix_power(a, i)
+        for j in range(i):
+            theta[i - 1, min(j, moves - 1)] += (c @ np.linalg.matrix_power(a, i - 1 - j) @ b)[0, 0]
+    steps = np.eye(moves) - np.eye(moves, k=-1)
+    previous = -weight * steps.T @ np.eye(moves)[:, :1]
+    linear = np.hstack([theta.T @ psi, previous, -theta.T @ np.ones((horizon, 1))])
+    half = np.array([10.0, 10.0, 1.1, 2.0])
+    rows, bounds = parameter_box(-half, half)
+    return parametric_qp(
+        theta.T @ theta + weight * steps.T @ steps, linear, lower=-np.ones(moves),
+        upper=np.ones(moves), domain_rows=rows, domain_bounds=bounds,
+    )  # fmt: skip
+
+
+def transport() -> ParametricQP:
+    """The transport problem of PPOPT's tutorial, from Pistikopoulos, Diangelakis and Oberdieck,
+    Multi-parametric Optimization and Control (2020): two plants, two markets of unknown demand.
+    """
+    eye = np.eye(4)
+    rows = np.array([[1, 1, 0, 0], [0, 0, 1, 1], [-1, 0, -1, 0], [0, -1, 0, -1]], dtype=float)
+    shift = np.zeros((8, 2))
+    shift[2, 0] = shift[3, 1] = -1.0
+    domain_rows, domain_bounds = parameter_box([0.0, 0.0], [1000.0, 1000.0])
+    return parametric_qp(
+        2.0 * np.diag([153.0, 162.0, 162.0, 126.0]), np.zeros((4, 2)), constant=np.full(4, 25.0),
+        rows=np.vstack([rows, -eye]), bounds=np.array([350.0, 600.0] + [0.0] * 6),
+        bounds_parameter=shift, domain_rows=domain_rows, domain_bounds=domain_bounds,
     )  # fmt: skip

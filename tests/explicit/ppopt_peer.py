@@ -9,7 +9,9 @@ import numpy as np
 from servogen.explicit.problem import ParametricQP
 
 
-def ppopt_active_sets(problem: ParametricQP, algorithm: str, process: bool = False) -> list[tuple[int, ...]]:
+def ppopt_active_sets(
+    problem: ParametricQP, algorithm: str, process: bool = False
+) -> list[tuple[int, ...]]:
     """Active sets of PPOPT's regions, in our numbers of the constraints.
 
     Args:
