@@ -53,7 +53,11 @@ def test_batches_are_their_members() -> None:
     together = greatest_many(h, k, objectives)
     alone = [greatest(h, k[i], objectives[i]) for i in range(0, 600, 37)]
     np.testing.assert_allclose(together[::37], alone, rtol=1e-12)
+    shared = greatest_many(np.tile(h[:5], (600, 1, 1)), k, objectives, shared=h[5:])
+    np.testing.assert_allclose(shared, together, rtol=1e-12)
+    split = inner_balls(np.tile(h[:5], (600, 1, 1)), k, shared=h[5:])
     balls = inner_balls(np.tile(h, (600, 1, 1)), k)
+    np.testing.assert_allclose([b.radius for b in split], [b.radius for b in balls], rtol=1e-9)
     radii = [inner_ball(h, k[i]).radius for i in range(0, 600, 37)]
     np.testing.assert_allclose([ball.radius for ball in balls][::37], radii, rtol=1e-12)
 

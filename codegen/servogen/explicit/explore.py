@@ -120,9 +120,8 @@ def _balls(program: Canonical, made: list[Candidate]) -> list[Ball]:
     k = np.ones((len(made), most))  # rows 0 eta <= 1 fill up
     for i, each in enumerate(made):
         h[i, : each.k.size], k[i, : each.k.size] = each.h, each.k
-    domain = np.broadcast_to(program.domain_rows, (len(made), *program.domain_rows.shape))
     limits = np.broadcast_to(program.domain_bounds, (len(made), program.domain_bounds.size))
-    return inner_balls(np.concatenate([h, domain], axis=1), np.concatenate([k, limits], axis=1))
+    return inner_balls(h, np.concatenate([k, limits], axis=1), shared=program.domain_rows)
 
 
 def _region(
