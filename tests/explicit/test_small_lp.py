@@ -96,6 +96,17 @@ def test_cone_has_the_vertices(seed: int, n: int, rows: int) -> None:
     assert np.max(np.min(apart, axis=1)) < 1e-8
 
 
+def test_corners_where_more_planes_meet_than_needed() -> None:
+    """An octahedron, four planes at each corner; cut through four of its six corners."""
+    h = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T / np.sqrt(3.0)
+    cone = cone_of(h, np.full(8, 1.0 / np.sqrt(3.0)))
+    assert len(cone.rays) == 6
+    half = cut(cone, homogeneous(np.array([[0.0, 0.0, 1.0]]), np.array([0.0]))[0])
+    assert len(half.rays) == 5
+    pyramid = np.sort((half.rays[:, :3] / half.rays[:, 3:]).round(9).tolist(), axis=0)
+    np.testing.assert_allclose(pyramid[:, 2], [-1.0, 0.0, 0.0, 0.0, 0.0], atol=1e-9)
+
+
 def test_unbounded_sets_know_their_sides() -> None:
     """A half plane, then a wedge of it, against lines near and far."""
     half = cone_of(np.array([[0.0, 1.0]]), np.array([0.0]))  # y <= 0

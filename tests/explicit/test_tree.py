@@ -185,6 +185,10 @@ def test_mirror_needs_an_odd_program() -> None:
         np.eye(2), np.eye(2) + 0.1, constant=[0.1, 0.0], lower=[-1.0] * 2, upper=[1.0] * 2
     )
     assert not is_odd(solve(shifted, 10))
+    one_sided = parametric_qp(
+        np.eye(2), np.eye(2), rows=[[1.0, 1.0]], bounds=[1.0], lower=[-1.0] * 2, upper=[1.0] * 2
+    )
+    assert not is_odd(solve(one_sided, 50))
     assert is_odd(solve(servo_drive(2), 10))
     assert is_odd(solve(double_integrator(3), 100))
     assert not is_odd(solve(random_program(3, 2, 2, 3), 100))
