@@ -96,15 +96,19 @@ def test_cone_has_the_vertices(seed: int, n: int, rows: int) -> None:
     assert np.max(np.min(apart, axis=1)) < 1e-8
 
 
-def test_corners_where_more_planes_meet_than_needed() -> None:
-    """An octahedron, four planes at each corner; cut through four of its six corners."""
-    h = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T / np.sqrt(3.0)
-    cone = cone_of(h, np.full(8, 1.0 / np.sqrt(3.0)))
-    assert len(cone.rays) == 6
-    half = cut(cone, homogeneous(np.array([[0.0, 0.0, 1.0]]), np.array([0.0]))[0])
-    assert len(half.rays) == 5
-    pyramid = np.sort((half.rays[:, :3] / half.rays[:, 3:]).round(9).tolist(), axis=0)
-    np.testing.assert_allclose(pyramid[:, 2], [-1.0, 0.0, 0.0, 0.0, 0.0], atol=1e-9)
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_corners_where_more_planes_meet_than_needed(n: int) -> None:
+    """|x_1| + ... + |x_n| <= 1: 2 n corners, 2^(n-1) planes at each; then cut through most."""
+    h = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T / np.sqrt(n)
+    cone = cone_of(h, np.full(2**n, 1.0 / np.sqrt(n)))
+    assert len(cone.rays) == 2 * n
+    half = cut(cone, homogeneous(np.eye(n)[-1:], np.array([0.0]))[0])
+    assert len(half.rays) == 2 * n - 1
+    lowest = np.sort(half.rays[:, n - 1] / half.rays[:, n])
+    np.testing.assert_allclose(lowest, [-1.0] + [0.0] * (2 * n - 2), atol=1e-9)
+    # a plane off the corners: an edge from each of the 2 n - 2 of the equator to the lower tip
+    slice_ = cut(half, homogeneous(-np.eye(n)[-1:], np.array([0.5]))[0])
+    assert len(slice_.rays) == 2 * (2 * n - 2)
 
 
 def test_unbounded_sets_know_their_sides() -> None:
