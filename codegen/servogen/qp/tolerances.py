@@ -61,3 +61,21 @@ def tolerances(
     used = max(margin, MINIMUM_MARGIN[precision.name])
     gap = gap_tolerance * 0.5 * float(np.max(np.diag(hessian))) * scale_m**2
     return QpTolerances(margin=used, accept=used * _ACCEPT_SHARE[precision.name], gap=gap)
+
+
+@dataclass(frozen=True)
+class ActiveSetTolerances:
+    """Of the dual active-set method, which works on rows of unit length in the metric of H.
+
+    Attributes:
+        violation: a row counts as kept up to this share of the size of its own terms, 100 roundings
+            of which make no difference to an answer of nine digits.
+        dependent: what is left of a row's unit length after projection off the active, squared;
+            below it the row is a combination of them. A sum of up to 40 active rows rounds to about
+            1e-14, and a row that stands off by more than 1e-6 is told from them.
+        steps: per row and variable; each adds or drops one row, and few are visited twice.
+    """
+
+    violation: float = 1e-13
+    dependent: float = 1e-12
+    steps: int = 10
