@@ -64,7 +64,7 @@ def tolerances(
 
 
 @dataclass(frozen=True)
-class ActiveSetTolerances:
+class DualMethodTolerances:
     """Of the dual active-set method, which works on rows of unit length in the metric of H.
 
     Attributes:

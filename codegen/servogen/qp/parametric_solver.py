@@ -14,7 +14,7 @@ import scipy.linalg
 
 from servogen.precision import FloatArray
 from servogen.qp.parametric import ParametricQp
-from servogen.qp.tolerances import ActiveSetTolerances
+from servogen.qp.tolerances import DualMethodTolerances
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,12 @@ class Optimum:
     feasible: bool
 
 
-class ActiveSetSolver:
+class ParametricSolver:
     """One program's factors, for many parameters."""
 
-    def __init__(self, qp: ParametricQp, tol: ActiveSetTolerances | None = None) -> None:
+    def __init__(self, qp: ParametricQp, tol: DualMethodTolerances | None = None) -> None:
         self.qp = qp
-        self._tol = tol or ActiveSetTolerances()
+        self._tol = tol or DualMethodTolerances()
         self._factor = np.linalg.cholesky(qp.H)
         rows = scipy.linalg.solve_triangular(self._factor, qp.G.T, lower=True).T
         length = np.linalg.norm(rows, axis=1)

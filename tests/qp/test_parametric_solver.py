@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from servogen.qp.active_set import ActiveSetSolver
 from servogen.qp.parametric import ParametricQp
+from servogen.qp.parametric_solver import ParametricSolver
 
 MANY = settings(max_examples=150, deadline=None, derandomize=True)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -52,7 +52,7 @@ def outside(qp: ParametricQp, theta: np.ndarray) -> tuple[np.ndarray, bool]:
 @given(seed=SEEDS, n=st.integers(1, 8), rows=st.integers(0, 20))
 def test_equals_an_outside_solver(seed: int, n: int, rows: int) -> None:
     qp, theta = random_program(seed, n, rows)
-    found = ActiveSetSolver(qp).solve(theta)
+    found = ParametricSolver(qp).solve(theta)
     if rows == 0:
         np.testing.assert_allclose(found.z, -np.linalg.solve(qp.H, qp.F @ theta + qp.f), rtol=1e-6)
         return
@@ -66,7 +66,7 @@ def test_equals_an_outside_solver(seed: int, n: int, rows: int) -> None:
 @given(seed=SEEDS, n=st.integers(1, 8), rows=st.integers(1, 20))
 def test_the_answer_is_optimal_or_there_is_none(seed: int, n: int, rows: int) -> None:
     qp, theta = random_program(seed, n, rows)
-    found = ActiveSetSolver(qp).solve(theta)
+    found = ParametricSolver(qp).solve(theta)
     bound = qp.w + qp.S @ theta
     if not found.feasible:
         free = [(None, None)] * n
@@ -87,15 +87,15 @@ def test_rows_twice_over_do_not_lead_in_circles() -> None:
     twice = ParametricQp(
         qp.H, qp.F, qp.f, np.vstack([qp.G, qp.G]), np.tile(qp.w, 2), np.vstack([qp.S, qp.S])
     )
-    once, both = ActiveSetSolver(qp).solve(theta), ActiveSetSolver(twice).solve(theta)
+    once, both = ParametricSolver(qp).solve(theta), ParametricSolver(twice).solve(theta)
     assert once.active
     np.testing.assert_allclose(once.z, both.z, atol=1e-9)
 
 
 def test_a_row_of_zeros_is_kept_or_broken_by_the_parameter_alone() -> None:
     qp = ParametricQp([[1.0]], [[1.0]], [0.0], [[0.0]], [1.0], [[-1.0]])
-    assert ActiveSetSolver(qp).solve(np.array([0.5])).feasible
-    assert not ActiveSetSolver(qp).solve(np.array([2.0])).feasible
+    assert ParametricSolver(qp).solve(np.array([0.5])).feasible
+    assert not ParametricSolver(qp).solve(np.array([2.0])).feasible
 
 
 @pytest.mark.parametrize(
