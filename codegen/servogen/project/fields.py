@@ -16,9 +16,20 @@ from pydantic.fields import FieldInfo
 
 # Longest first, so that "acceleration_limit_m_per_s2" does not end at "_s2" or "_m".
 UNITS = {
+    "n_m_s_per_rad": "N m s/rad",
+    "ma_s_per_deg": "mA s/deg",
+    "n_m_per_rad": "N m/rad",
+    "deg_per_s2": "deg/s^2",
+    "n_m_per_a": "N m/A",
+    "deg_per_s": "deg/s",
     "rad_per_s": "rad/s",
     "m_per_s2": "m/s^2",
     "m_per_s": "m/s",
+    "kg_m2": "kg m^2",
+    "per_s": "1/s",
+    "deg": "deg",
+    "n_m": "N m",
+    "ma": "mA",
     "hz": "Hz",
     "m": "m",
     "s": "s",

@@ -5,8 +5,6 @@ Every fault is an InputError that names file, key, value and what was expected.
 
 from __future__ import annotations
 
-import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,9 +22,9 @@ from servogen.project.schema import (
     Sampling,
     Target,
 )
+from servogen.project.toml_text import read_toml
 from servogen.project.translate import to_input_error, value_text
 
-_LARGEST_FILE = 1_000_000  # bytes; a project file has a few kilobytes
 _FLOAT32_MARGIN = 1e-5
 
 
@@ -71,7 +69,7 @@ def load_project(path: Path) -> Project:
     """
     path = Path(path)
     try:
-        return _build(path, _parse(path, _read_text(path)))
+        return _build(path, read_toml(path))
     except RecursionError:
         raise InputError(path, "the file", None, "tables nested a few levels deep") from None
 
@@ -104,42 +102,3 @@ def _with_margin(controller: Controller, output: Output) -> Controller:
         return controller
     wider = solver.model_copy(update={"constraint_margin": _FLOAT32_MARGIN})
     return controller.model_copy(update={"solver": wider})
-
-
-def _read_text(path: Path) -> str:
-    try:
-        if path.is_dir():
-            raise InputError(path, "the project file", "a folder", "a TOML file")
-        if path.stat().st_size > _LARGEST_FILE:
-            size = f"{path.stat().st_size} bytes"
-            raise InputError(path, "its size", size, f"at most {_LARGEST_FILE} bytes")
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(path, "the project file", "missing", "a TOML file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        told = f"unreadable ({reason})"
-        raise InputError(path, "the project file", told, "a readable TOML file") from None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        byte = f"the byte 0x{data[error.start]:02x}"
-        raise InputError(path, f"line {line}", byte, "text in UTF-8") from None
-
-
-def _parse(path: Path, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        message = str(error)
-    except ValueError:  # Python's own limit on the digits of a whole number
-        digits = "a whole number of thousands of digits"
-        raise InputError(path, "a value", digits, "one that a machine can have") from None
-    at = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)$", message)
-    reason = message[: at.start()] if at else message
-    lines = text.splitlines() or [""]
-    number = int(at[1]) if at and at[1] else len(lines)
-    line = lines[min(number, len(lines)) - 1].strip()
-    expected = f"valid TOML: {reason[:1].lower()}{reason[1:]}"
-    raise InputError(path, f"line {number}", value_text(line), expected)

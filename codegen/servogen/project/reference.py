@@ -16,16 +16,22 @@ from pydantic_core import PydanticUndefined
 from servogen.outputs import write_file
 from servogen.project.fields import expected_text, unit_of
 from servogen.project.schema import ProjectFile
+from servogen.project.servo_schema import ServoFile
 from servogen.project.translate import value_text
-from servogen.project.walk import Model, fields_by_key, tables_of
+from servogen.project.walk import Model, discriminator, fields_by_key, tables_of
 
 BEGIN = "<!-- keys: made by python -m servogen.project.reference, not edited by hand -->\n"
 END = "<!-- end of keys -->\n"
+SYSTEMS: dict[str, Model] = {"two_stage": ProjectFile, "servo_drive": ServoFile}
 
 
 def reference() -> str:
-    """One table of Markdown for every table of the project file."""
-    return "\n".join(_sections("", ProjectFile, None))
+    """One table of Markdown for every table of every system's project file."""
+    parts = [
+        f'## All keys of system = "{system}"\n\n' + "\n".join(_sections("", root, ""))
+        for system, root in SYSTEMS.items()
+    ]
+    return "\n\n".join(parts)
 
 
 def updated(page: str) -> str:
@@ -39,11 +45,11 @@ def updated(page: str) -> str:
     return f"{head}{BEGIN}\n{reference()}\n{END}{tail}"
 
 
-def _sections(path: str, table: Model, tag: str | None) -> Iterator[str]:
+def _sections(path: str, table: Model, kind: str) -> Iterator[str]:
     fields = fields_by_key(table)
     plain = {key: field for key, field in fields.items() if not tables_of(field)}
     if plain:
-        yield _title(path, tag)
+        yield _title(path, kind)
         yield "| key | unit | takes | default | |\n|---|---|---|---|---|"
         yield from (_row(key, field) for key, field in plain.items())
         yield ""
@@ -52,14 +58,13 @@ def _sections(path: str, table: Model, tag: str | None) -> Iterator[str]:
         below = f"{path}.{key}" if path else key
         for name, model in inner.items():
             if name != "own":  # y's own tables are as x's
-                yield from _sections(below, model, name or None)
+                plain_table = name in ("", "like_x")
+                kind = "" if plain_table else f' with `{discriminator(field)} = "{name}"`'
+                yield from _sections(below, model, kind)
 
 
-def _title(path: str, tag: str | None) -> str:
-    if not path:
-        return "### At the top of the file\n"
-    kind = f' with `model = "{tag}"`' if tag and tag != "like_x" else ""
-    return f"### `[{path}]`{kind}\n"
+def _title(path: str, kind: str) -> str:
+    return f"### `[{path}]`{kind}\n" if path else "### At the top of the file\n"
 
 
 def _row(key: str, field: FieldInfo) -> str:
@@ -76,7 +81,12 @@ def _default(field: FieldInfo) -> str:
         return "none"
     if field.default is PydanticUndefined:
         return "required"
-    return f"`{value_text(field.default)}`"
+    if field.default is None:
+        return "none"
+    value = field.default
+    if isinstance(value, tuple):  # a list that may be written as its only number
+        value = value[0] if len(value) == 1 else list(value)
+    return f"`{value_text(value)}`"
 
 
 if __name__ == "__main__":

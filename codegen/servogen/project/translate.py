@@ -15,10 +15,21 @@ from pydantic.fields import FieldInfo
 from servogen.errors import InputError
 from servogen.project.fields import expected_text, one_of, unit_of
 from servogen.project.machine import Axis, AxisLikeX
-from servogen.project.walk import Place, all_keys, fields_by_key, locate, tables_of
+from servogen.project.schema import ProjectFile
+from servogen.project.walk import (
+    Model,
+    Place,
+    all_keys,
+    discriminator,
+    fields_by_key,
+    locate,
+    tables_of,
+)
 
 _UNIT_END = re.compile(
-    r"_(rad_per_s|deg_per_s|m_per_s2|mm_per_s2|m_per_s|mm_per_s|m_per_min|mm_per_min|in_per_min"
+    r"_(ma_s_per_deg|a_per_rpm|rpm_per_deg|deg_per_s2|rad_per_s2|rpm|kg_m2|kg_cm2|g_cm2"
+    r"|n_m_s_per_rad|n_m_per_rad|n_m_per_deg|n_m_per_a|n_m_per_ma|n_m|per_s|ma|ua|a|counts"
+    r"|rad_per_s|deg_per_s|m_per_s2|mm_per_s2|m_per_s|mm_per_s|m_per_min|mm_per_min|in_per_min"
     r"|km_per_h|khz|hz|mhz|km|cm|mm|um|nm|m|in|inch|ft|ns|us|ms|s|sec|min|g|rad|deg|pct|percent)$",
     re.IGNORECASE,
 )
@@ -26,11 +37,13 @@ _LONGEST_VALUE = 60
 Keys = tuple[str | int, ...]
 
 
-def to_input_error(file: Path, raw: Mapping[str, Any], error: ValidationError) -> InputError:
+def to_input_error(
+    file: Path, raw: Mapping[str, Any], error: ValidationError, root: Model = ProjectFile
+) -> InputError:
     """The first finding in file order as an InputError; the others are counted."""
     found: dict[Keys, tuple[str, str]] = {}
     for item in error.errors(include_url=False, include_context=True):
-        place, sentence = _finding(raw, item)
+        place, sentence = _finding(raw, item, root)
         found.setdefault(place, sentence)
     renamed = _renamed(found)
     kept = {keys: text for keys, text in found.items() if keys not in renamed}
@@ -76,14 +89,14 @@ def _plain(value: object) -> str:
     return str(value)
 
 
-def _finding(raw: Mapping[str, Any], item: Any) -> tuple[Keys, tuple[str, str]]:
-    place, kind = locate(item["loc"]), item["type"]
+def _finding(raw: Mapping[str, Any], item: Any, root: Model) -> tuple[Keys, tuple[str, str]]:
+    place, kind = locate(item["loc"], root), item["type"]
     if kind in ("union_tag_invalid", "union_tag_not_found") and place.field is not None:
-        tag = Place((*place.keys, "model"), place.table, None)
+        tag = Place((*place.keys, discriminator(place.field)), place.table, None)
         tags = one_of(list(tables_of(place.field)))
         return tag.keys, (_value_at(raw, tag.keys), tags)
     if kind == "extra_forbidden":
-        return place.keys, _unknown(raw, place)
+        return place.keys, _unknown(raw, place, root)
     expected = _expected(place)
     return place.keys, (_value_at(raw, place.keys), expected)
 
@@ -112,7 +125,7 @@ def _value_at(raw: Any, keys: Sequence[str | int]) -> str:
     return value_text(raw)
 
 
-def _unknown(raw: Mapping[str, Any], place: Place) -> tuple[str, str]:
+def _unknown(raw: Mapping[str, Any], place: Place, root: Model) -> tuple[str, str]:
     value = _value_at(raw, place.keys)
     if place.table is AxisLikeX and place.key in fields_by_key(Axis):
         return value, 'either same_as = "x" or the tables slow and fast, not both'
@@ -122,14 +135,14 @@ def _unknown(raw: Mapping[str, Any], place: Place) -> tuple[str, str]:
         unit = unit_of(other_unit)
         told = f"the key {other_unit}" + (f", in {unit}" if unit else ", a number without unit")
         return f"a key with another unit ({value})", told
-    return f"an unknown key ({value})", _nearest(place.key, known, place.keys[:-1])
+    return f"an unknown key ({value})", _nearest(place.key, known, root)
 
 
-def _nearest(key: str, known: Mapping[str, FieldInfo], parent: Sequence[str | int]) -> str:
+def _nearest(key: str, known: Mapping[str, FieldInfo], root: Model) -> str:
     close = difflib.get_close_matches(key, list(known), n=1, cutoff=0.6)
     if close:
         return f"{close[0]} (the closest known key)"
-    elsewhere = [dotted(keys) for keys, _, _ in all_keys() if keys[-1] == key]
+    elsewhere = [dotted(keys) for keys, _, _ in all_keys(root) if keys[-1] == key]
     if elsewhere:
         return f"it at {elsewhere[0]}"
     return f"one of the keys {', '.join(known)}"

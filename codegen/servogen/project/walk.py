@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
@@ -46,13 +46,18 @@ def tables_of(field: FieldInfo) -> dict[str, Model]:
         model, *rest = get_args(member) if get_origin(member) is Annotated else (member,)
         tag = next((entry.tag for entry in rest if isinstance(entry, Tag)), None)
         if isinstance(model, type) and issubclass(model, BaseModel):
-            found[tag or _literal_tag(model)] = model
+            found[tag or _literal_tag(model, discriminator(field))] = model
     return found
 
 
-def locate(location: Sequence[str | int]) -> Place:
+def discriminator(field: FieldInfo) -> str:
+    """The key that says which of several tables a field holds."""
+    return field.discriminator if isinstance(field.discriminator, str) else "model"
+
+
+def locate(location: Sequence[str | int], root: Model = ProjectFile) -> Place:
     """The key that a pydantic location means: union tags are dropped from it."""
-    table: Model = ProjectFile
+    table: Model = root
     place = Place((), table, None)
     rest = list(location)
     while rest:
@@ -73,9 +78,9 @@ def locate(location: Sequence[str | int]) -> Place:
     return place
 
 
-def all_keys() -> Iterator[tuple[tuple[str, ...], Model, FieldInfo]]:
+def all_keys(root: Model = ProjectFile) -> Iterator[tuple[tuple[str, ...], Model, FieldInfo]]:
     """Every table and key of the schema in order: (keys, table that holds it, field)."""
-    yield from _below((), ProjectFile)
+    yield from _below((), root)
 
 
 def _below(
@@ -87,9 +92,11 @@ def _below(
             yield from _below((*keys, key), inner)
 
 
-def _literal_tag(model: Model) -> str:
-    field: Any = model.model_fields.get("model")
-    return "" if field is None else str(get_args(field.annotation)[0])
+def _literal_tag(model: Model, key: str) -> str:
+    field: Any = model.model_fields.get(key)
+    if field is None or get_origin(field.annotation) is not Literal:
+        return ""
+    return str(get_args(field.annotation)[0])
 
 
 def _inside(field: FieldInfo, rest: Sequence[str | int]) -> tuple[str | int, ...]:

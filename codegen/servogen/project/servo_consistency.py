@@ -1,0 +1,140 @@
+"""Relations between the keys of a servo drive's file, before any plant is built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from servogen.project.servo_schema import (
+    LARGEST_TURN,
+    DesignModel,
+    MatricesDrive,
+    ServoMpc,
+    SineReference,
+)
+
+if TYPE_CHECKING:
+    from servogen.project.servo_load import ServoProject
+
+# A ratio of periods written in decimal is off an integer by a few rounding errors, not by more.
+_RATIO_TOLERANCE = 1e-9
+_MAX_RATIO = 64
+
+
+def check_servo(project: ServoProject) -> None:
+    """Raise an InputError for the first contradiction between keys of the file."""
+    if isinstance(project.drive, MatricesDrive):
+        _check_matrices(project, "drive", project.drive)
+    _check_sampling(project)
+    _check_mpc(project, project.controller.mpc)
+    _check_pid(project)
+    _check_angles(project)
+
+
+def _check_matrices(project: ServoProject, key: str, found: MatricesDrive | DesignModel) -> None:
+    size = len(found.a)
+    for index, row in enumerate(found.a):
+        if len(row) != size:
+            raise project.error(
+                f"{key}.a[{index}]", list(row), f"{size} numbers, since a has {size} rows"
+            )
+    for name, vector in (("b", found.b), ("c", found.c)):
+        if len(vector) != size:
+            raise project.error(
+                f"{key}.{name}", list(vector), f"{size} numbers, since a has {size} rows"
+            )
+
+
+def _check_sampling(project: ServoProject) -> None:
+    sampling = project.sampling
+    ratio = sampling.sample_time_s / sampling.current_sample_time_s
+    whole = math.isclose(ratio, round(ratio), rel_tol=_RATIO_TOLERANCE)
+    if not whole or not 1 <= round(ratio) <= _MAX_RATIO:
+        raise project.error(
+            "sampling.sample_time_s",
+            sampling.sample_time_s,
+            f"a whole multiple, from 1 to {_MAX_RATIO} times, of current_sample_time_s = "
+            f"{sampling.current_sample_time_s!r}",
+        )
+    if isinstance(project.drive, MatricesDrive) and round(ratio) != 1:
+        raise project.error(
+            "sampling.current_sample_time_s",
+            sampling.current_sample_time_s,
+            f"sample_time_s = {sampling.sample_time_s!r} with drive.model = \"matrices\", which "
+            "say nothing of the time between samples",
+        )  # fmt: skip
+
+
+def _check_mpc(project: ServoProject, mpc: ServoMpc) -> None:
+    key = "controller.mpc"
+    for name in ("trajectory_horizon", "control_horizon"):
+        if getattr(mpc, name) > mpc.prediction_horizon:
+            expected = f"at most prediction_horizon = {mpc.prediction_horizon}"
+            raise project.error(f"{key}.{name}", getattr(mpc, name), expected)
+    if mpc.reference_extension == "first_order" and mpc.trajectory_horizon < 2:
+        raise project.error(
+            f"{key}.trajectory_horizon",
+            mpc.trajectory_horizon,
+            'at least 2 with reference_extension = "first_order"',
+        )
+    _check_weights(project, f"{key}.weight_error", mpc.weight_error, mpc.prediction_horizon, 0.0)
+    _check_weights(project, f"{key}.weight_change", mpc.weight_change, mpc.control_horizon, None)
+    if not any(mpc.weight_error):
+        raise project.error(f"{key}.weight_error", list(mpc.weight_error), "one above 0")
+    if mpc.position_bound_deg is not None and project.axis.turn_deg:
+        raise project.error(
+            f"{key}.position_bound_deg",
+            mpc.position_bound_deg,
+            f"none on an axis that comes round after axis.turn_deg = {project.axis.turn_deg}",
+        )
+    if mpc.model is not None:
+        _check_matrices(project, f"{key}.model", mpc.model)
+
+
+def _check_weights(
+    project: ServoProject, key: str, found: Sequence[float], steps: int, zero: float | None
+) -> None:
+    if len(found) not in (1, steps):
+        expected = f"one number or {steps}, as many as the horizon has steps"
+        raise project.error(key, list(found), expected)
+    for index, value in enumerate(found):
+        if value < 0.0 or (zero is None and value == 0.0):
+            expected = "a number above 0" if zero is None else "a number of 0 or more"
+            raise project.error(f"{key}[{index}]", value, expected)
+
+
+def _check_pid(project: ServoProject) -> None:
+    pid = project.controller.pid
+    if pid is not None and pid.notch is not None and pid.notch.denominator[0] == 0.0:
+        raise project.error(
+            "controller.pid.notch.denominator[0]", 0.0, "a leading coefficient that is not zero"
+        )
+
+
+def _check_angles(project: ServoProject) -> None:
+    axis, wanted = project.axis, project.reference
+    turn, reach = axis.turn_deg, axis.position_range_deg
+    if turn and reach < turn:
+        raise project.error(
+            "axis.position_range_deg", reach, f"at least one turn, axis.turn_deg = {turn}"
+        )
+    if turn and 2.0 * reach / turn + 1.0 > LARGEST_TURN:
+        most = (LARGEST_TURN - 1) * turn / 2
+        raise project.error(
+            "axis.position_range_deg", reach, f"at most {most:g}, so many turns of {turn}"
+        )
+    if isinstance(wanted, SineReference):
+        key, far = "amplitude_deg", wanted.amplitude_deg
+        fastest = 2.0 * math.pi * wanted.frequency_hz * wanted.amplitude_deg
+    else:
+        key, far, fastest = "stroke_deg", wanted.stroke_deg, wanted.speed_deg_per_s
+    if not turn and far > reach:
+        raise project.error(f"reference.{key}", far, f"at most axis.position_range_deg = {reach!r}")
+    step = fastest * project.sampling.sample_time_s
+    if turn and step >= 0.5 * turn:
+        raise project.error(
+            f"reference.{key}",
+            far,
+            f"a reference that moves less than half of axis.turn_deg = {turn} in one sample",
+        )

@@ -1,0 +1,167 @@
+"""A servo drive's project file: what good ones become, and what is said of others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from servogen.errors import InputError
+from servogen.project.servo_load import load_servo_project
+from servogen.project.servo_schema import MatricesDrive, TwoMassDrive
+from servogen.resources import resource_dir
+
+EXAMPLE = resource_dir("examples") / "servo_drive" / "servogen.toml"
+TEXT = EXAMPLE.read_text(encoding="utf-8")
+MATRICES = """\
+[drive]
+model = "matrices"
+a = [[1, 0.0005], [0, 0.9]]
+b = [0, 0.001]
+c = [1, 0]
+"""
+LEAST = f"""\
+schema = 1
+name = "least"
+system = "servo_drive"
+axis = {{encoder_resolution_deg = 0.001}}
+sampling = {{sample_time_s = 0.0005, current_sample_time_s = 0.0005}}
+reference = {{shape = "sine", amplitude_deg = 2, frequency_hz = 10}}
+{MATRICES}
+"""
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    def write(text: str) -> Path:
+        path = tmp_path / "servogen.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_the_example_is_the_headstock_axis() -> None:
+    project = load_servo_project(EXAMPLE)
+    assert isinstance(project.drive, TwoMassDrive)
+    drive, inertia = project.drive, project.drive.motor_inertia_kg_m2
+    assert drive.stiffness_n_m_per_rad / inertia == pytest.approx(5.95e6)
+    assert inertia / drive.load_inertia_kg_m2 == pytest.approx(0.285)
+    assert project.ratio == 8
+    assert project.controller.pid is not None
+    assert project.controller.pid.notch is not None
+
+
+def test_a_file_of_required_keys_alone_has_the_example_s_controller(write: Write) -> None:
+    least, example = load_servo_project(write(LEAST)), load_servo_project(EXAMPLE)
+    assert isinstance(least.drive, MatricesDrive)
+    assert least.controller.mpc == example.controller.mpc
+    assert least.controller.estimator == example.controller.estimator
+    assert (least.output, least.target) == (example.output, example.target)
+    assert least.controller.pid is None
+
+
+def test_weights_are_a_number_or_one_for_every_step(write: Write) -> None:
+    text = LEAST + "[controller.mpc]\nweight_change = [1, 2.5, 3]\nweight_error = 7\n"
+    mpc = load_servo_project(write(text)).controller.mpc
+    assert mpc.weight_change == (1.0, 2.5, 3.0)
+    assert mpc.weight_error == (7.0,)
+
+
+MPC = "[controller.mpc]\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"servo_drive"', '"two_stage"', 'system is "two_stage", expected "servo_drive"'),
+        ('"two_mass"', '"three"', 'drive.model is "three", expected "two_mass" or "matrices"'),
+        ("= 0.01\n", "= 0\n", "drive.motor_inertia_kg_m2 is 0"),
+        ("motor_inertia_kg_m2", "motor_inertia_g_cm2", "the key motor_inertia_kg_m2, in kg m^2"),
+        ("current_limit_ma = 1000.0", "current_limit_a = 1.0", "the key current_limit_ma, in mA"),
+        ("stroke_deg = 270.0", "stroke_rad = 1.0", "the key stroke_deg, in deg"),
+        ("turn_deg = 360 ", "turn_deg = 360.5 ", "a whole number at least 0 and at most 4096"),
+        ("= 0.0000625", "= 0.00007", "sampling.sample_time_s is 0.0005, expected a whole multiple"),
+        ("trajectory_horizon = 3", "trajectory_horizon = 1", 'at least 2 with reference_extension'),
+        ("control_horizon = 3", "control_horizon = 20\nprediction_horizon = 9",
+         "valid TOML"),
+        ("prediction_horizon = 50", "prediction_horizon = 2", "at most prediction_horizon = 2"),
+        ("weight_error = 1e6", "weight_error = [1, 2]", "one number or 50"),
+        ("weight_error = 1e6", "weight_error = -1", "weight_error[0] is -1.0, expected a number"),
+        ("weight_error = 1e6", "weight_error = 0", "expected one above 0"),
+        ("weight_change = 1.0", "weight_change = [1, 0, 1]", "weight_change[1] is 0.0"),
+        ("weight_change = 1.0", 'weight_change = "a"', "number or a list of H_u numbers"),
+        (MPC, MPC + "position_bound_deg = 90\n", "none on an axis that comes round"),
+        (MPC, MPC + "horizon = 3\n", "controller.mpc.horizon is an unknown key (3)"),
+        ("[1.0, -1.8492, 0.8651]", "[0.0, 1.0, 2.0]", "a leading coefficient that is not zero"),
+        ("[1.0, -1.8492, 0.8651]", "[1.0]", "a list of three numbers"),
+        ("position_range_deg = 36000.0", "position_range_deg = 100.0", "at least one turn"),
+        ("position_range_deg = 36000.0", "position_range_deg = 1e6", "so many turns of 360"),
+        ("speed_deg_per_s = 360.0", "speed_deg_per_s = 4e5", "less than half of axis.turn_deg"),
+        ('shape = "trapezoid"', 'shape = "sinus"', 'reference.shape is "sinus", expected "sine"'),
+        ("[reference]", "[[reference]]", "an array of tables"),
+        ("[axis]", "[axes]", "axes is an unknown key"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_sentence(write: Write, old: str, new: str, told: str) -> None:
+    assert old in TEXT
+    path = write(TEXT.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        load_servo_project(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert told in message
+    assert ", expected " in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("[0, 0.9]]", "[0.9]]", "drive.a[1] is [0.9], expected 2 numbers"),
+        ("c = [1, 0]", "c = [1]", "drive.c is [1.0], expected 2 numbers"),
+        ("current_sample_time_s = 0.0005", "current_sample_time_s = 0.00025", "say nothing of"),
+        ("0.001}", "0.001, turn_deg = 0, position_range_deg = 1}", "reference.amplitude_deg is 2"),
+    ],
+)
+def test_a_mistake_about_matrices_too(write: Write, old: str, new: str, told: str) -> None:
+    assert old in LEAST
+    with pytest.raises(InputError) as caught:
+        load_servo_project(write(LEAST.replace(old, new)))
+    assert told in str(caught.value)
+
+
+def test_a_model_of_the_controller_s_own_must_fit_itself(write: Write) -> None:
+    model = "[controller.mpc.model]\na = [[1]]\nb = [1, 2]\nc = [1]\n"
+    with pytest.raises(InputError, match=r"controller.mpc.model.b is \[1.0, 2.0\]"):
+        load_servo_project(write(LEAST + model))
+
+
+LINES = TEXT.splitlines()
+SPOILS = ("", "nan", "-1", "0", '"a"', "[[]]", "{}", "[", "1e999", "true", "\\", "a.b")
+
+
+@settings(derandomize=True, deadline=None, max_examples=150)
+@given(
+    number=st.integers(0, len(LINES) - 1),
+    spoil=st.one_of(st.sampled_from(SPOILS), st.text(max_size=12)),
+    key_too=st.booleans(),
+)
+def test_whatever_a_line_becomes_it_is_a_project_or_one_sentence(
+    tmp_path_factory: pytest.TempPathFactory, number: int, spoil: str, key_too: bool
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "spoilt_servo.toml"
+    line = spoil if key_too else f"{LINES[number].split('=')[0]}= {spoil}"
+    text = "\n".join([*LINES[:number], line, *LINES[number + 1 :]])
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    try:
+        load_servo_project(path)
+    except InputError as error:
+        message = str(error)
+        assert message.startswith(f"{path}: ")
+        assert ", expected " in message
+        assert "\n" not in message
+        assert len(message) < 500
