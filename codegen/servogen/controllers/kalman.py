@@ -147,7 +147,7 @@ def _require_detectable(plant: Sampled) -> None:
         if not _independent(plant.a, plant.c, mode):
             raise DesignError(
                 "c",
-                f"blind to the mode at z = {mode:.6g}",
+                f"blind to the mode at z = {_shown(mode)}",
                 "outputs that show every mode that does not decay (detectability)",
             )
 
@@ -157,9 +157,13 @@ def _require_reached(form: VelocityForm, reach: FloatArray) -> None:
         if not _independent(form.a.T, reach.T, mode):
             raise DesignError(
                 "disturbance_noise",
-                f"absent from the mode at z = {mode:.6g}",
+                f"absent from the mode at z = {_shown(mode)}",
                 "noise that reaches every mode that does not decay",
             )
+
+
+def _shown(mode: complex) -> str:
+    return f"{mode:.6g}" if mode.imag else f"{mode.real:.6g}"
 
 
 def _slow_modes(a: FloatArray) -> list[complex]:

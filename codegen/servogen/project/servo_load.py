@@ -52,7 +52,12 @@ class ServoProject:
 
     def error(self, key: str, value: object, expected: str) -> InputError:
         """An InputError about a key of this project's file, to be raised by the caller."""
-        return InputError(self.file, key, None if value is None else value_text(value), expected)
+        return InputError(self.file, key, value_text(value), expected)
+
+    def fault(self, key: str, said: object, expected: str) -> InputError:
+        """The same about what was found out beyond the file: words are told as they are."""
+        told = said if said is None or isinstance(said, str) else value_text(said)
+        return InputError(self.file, key, told, expected)
 
 
 def load_servo_project(path: Path) -> ServoProject:

@@ -1,0 +1,207 @@
+"""Paper 5's machine: from a servo drive's project to its plants and its controllers' designs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from servogen.controllers.errors import DesignError
+from servogen.controllers.kalman import Noise, design_filter
+from servogen.controllers.pid_design import Notch, PidDesign
+from servogen.controllers.prediction import Extension, Horizons
+from servogen.controllers.servo_mpc_design import ServoMpcDesign
+from servogen.controllers.tracking_qp import (
+    Bounds,
+    Constraints,
+    SignalBounds,
+    TrackingQp,
+    Weights,
+    tracking_qp,
+)
+from servogen.errors import InputError
+from servogen.plants.errors import PlantError
+from servogen.plants.sampled import Sampled
+from servogen.plants.two_mass import TwoMass
+from servogen.precision import PRECISIONS, Precision
+from servogen.project.servo_load import ServoProject
+from servogen.project.servo_schema import DesignModel, MatricesDrive, PidTable
+
+# A design's quantity and the key of the file that it comes from.
+_KEYS = {
+    "disturbance_noise": "controller.estimator.disturbance_step_ma",
+    "measurement_noise": "controller.estimator.measurement_noise_deg",
+    "turn": "axis.turn_deg",
+    "reach": "axis.position_range_deg",
+    "notch": "controller.pid.notch",
+}
+
+
+@dataclass(frozen=True)
+class ServoDrive:
+    """A judged project.
+
+    Attributes:
+        plant: what the controller is designed on, at the sample time.
+        drive: what is simulated at the sample time, current alone.
+        fine: what is simulated at the current loop's, current (mA) and load torque (N m).
+        ratio: samples of ``fine`` in one of ``plant``.
+    """
+
+    project: ServoProject
+    plant: Sampled
+    drive: Sampled
+    fine: Sampled
+    ratio: int
+
+
+def servo_drive(project: ServoProject) -> ServoDrive:
+    """The plants of a project.
+
+    Raises:
+        InputError: parameters or matrices of which no plant can be made.
+    """
+    sampling, model = project.sampling, project.drive
+    try:
+        if isinstance(model, MatricesDrive):
+            drive = _matrices(model, sampling.sample_time_s)
+            no_load = np.hstack([drive.b, np.zeros_like(drive.b)])
+            fine = Sampled(drive.a, no_load, drive.c, drive.sample_time_s)
+        else:
+            masses = TwoMass(**model.model_dump(exclude={"model"}))
+            drive = masses.sampled(sampling.sample_time_s)
+            fine = masses.disturbed(sampling.current_sample_time_s)
+    except PlantError as error:
+        raise project.fault(f"drive.{error.key}", error.value, error.expected) from error
+    own = project.controller.mpc.model
+    plant = drive if own is None else _matrices(own, sampling.sample_time_s)
+    return ServoDrive(project, plant, drive, fine, project.ratio)
+
+
+def _matrices(model: MatricesDrive | DesignModel, sample_time_s: float) -> Sampled:
+    a, b, c = (np.array(values, dtype=np.float64) for values in (model.a, model.b, model.c))
+    return Sampled(a, b[:, None], c[None, :], sample_time_s)
+
+
+def tracking_problem(
+    servo: ServoDrive,
+    trajectory: int | None = None,
+    extension: Extension | None = None,
+    limit_ma: float | None = None,
+) -> TrackingQp:
+    """The program of the project, or of the study's variations on it.
+
+    Args:
+        trajectory: H_t = H_u instead of the project's own two.
+        extension, limit_ma: instead of the project's.
+
+    Raises:
+        InputError: weights or horizons of which no program can be made.
+    """
+    mpc = servo.project.controller.mpc
+    control = mpc.control_horizon if trajectory is None else trajectory
+    try:
+        horizons = Horizons(mpc.prediction_horizon, trajectory or mpc.trajectory_horizon, control)
+        if trajectory is not None and len(mpc.weight_change) > 1:
+            raise DesignError("weight_change", None, "one number, where the horizon is varied")
+        weights = Weights.constant(
+            np.array(mpc.weight_error)[:, None],
+            np.array(mpc.weight_change)[:, None],
+            servo.plant,
+            horizons,
+        )
+        step, bound = mpc.current_step_limit_ma, mpc.position_bound_deg
+        constraints = Constraints(
+            Bounds.symmetric([limit_ma or mpc.current_limit_ma]),
+            None if step is None else Bounds.symmetric([step]),
+            None
+            if bound is None
+            else SignalBounds(servo.plant.c, Bounds.symmetric([bound]), horizons.prediction),
+        )
+        return tracking_qp(
+            servo.plant, horizons, extension or mpc.reference_extension, weights, constraints
+        )
+    except DesignError as error:
+        key = f"controller.mpc.{error.key}"
+        raise servo.project.fault(key, error.value, error.expected) from error
+    except ValueError as error:
+        raise servo.project.fault("controller.mpc", None, f"a convex problem: {error}") from error
+
+
+def mpc_design(
+    servo: ServoDrive, problem: TrackingQp | None = None, precision: Precision | None = None
+) -> ServoMpcDesign:
+    """The MPC with its filter.
+
+    Raises:
+        InputError: an encoder that does not show every motion that stays, noise that settles no
+            filter, a range that the precision cannot hold.
+    """
+    project, axis = servo.project, servo.project.axis
+    estimator = project.controller.estimator
+    program = problem or tracking_problem(servo)
+    bounds = program.constraints.input
+    assert bounds is not None
+    noise = estimator.measurement_noise_deg or axis.encoder_resolution_deg / np.sqrt(12.0)
+    order = servo.plant.order
+    farthest = 0.5 * axis.turn_deg if axis.turn_deg else 2.0 * axis.position_range_deg
+    try:
+        found = design_filter(
+            servo.plant,
+            Noise(np.array([estimator.disturbance_step_ma]), np.zeros(order), np.array([noise])),
+            [farthest],
+            bounds.upper - bounds.lower,
+        )
+        return ServoMpcDesign(
+            prefix=f"{project.name}_mpc",
+            precision=precision or PRECISIONS[project.output.precision],
+            problem=program,
+            filter=found,
+            reach=axis.position_range_deg,
+            turn=float(axis.turn_deg),
+        )
+    except DesignError as error:
+        raise _placed(servo, error) from error
+
+
+def pid_design(
+    servo: ServoDrive, limit_ma: float | None = None, precision: Precision | None = None
+) -> PidDesign | None:
+    """The cascaded PID, None where the project has none.
+
+    Raises:
+        InputError: a notch whose poles are not stable.
+    """
+    project, pid = servo.project, servo.project.controller.pid
+    if pid is None:
+        return None
+    try:
+        return PidDesign(
+            prefix=f"{project.name}_pid",
+            precision=precision or PRECISIONS[project.output.precision],
+            position_gain_per_s=pid.position_gain_per_s,
+            velocity_gain=pid.velocity_gain_ma_s_per_deg,
+            integral_time_s=pid.integral_time_s,
+            notch=_notch(pid),
+            sample_time_s=project.sampling.sample_time_s,
+            ratio=servo.ratio,
+            current_limit=limit_ma or project.controller.mpc.current_limit_ma,
+            reach=project.axis.position_range_deg,
+            turn=float(project.axis.turn_deg),
+        )
+    except DesignError as error:
+        raise _placed(servo, error) from error
+
+
+def _notch(pid: PidTable) -> Notch | None:
+    if pid.notch is None:
+        return None
+    lead = pid.notch.denominator[0]
+    b0, b1, b2 = (value / lead for value in pid.notch.numerator)
+    a1, a2 = (value / lead for value in pid.notch.denominator[1:])
+    return Notch(b0, b1, b2, a1, a2)
+
+
+def _placed(servo: ServoDrive, error: DesignError) -> InputError:
+    model = "drive" if servo.project.controller.mpc.model is None else "controller.mpc.model"
+    return servo.project.fault(_KEYS.get(error.key, model), error.value, error.expected)
