@@ -117,6 +117,19 @@ def test_the_integral_does_not_wind_up() -> None:
     assert np.max(run(pid, lambda _: 20.0, 1.0)[0]) > 40.0
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_at_the_limit_the_integral_only_comes_back(sign: float) -> None:
+    pid = ready(notch=None, turn=0.0)
+    pid.call("step", {"position": 0.0, "reference": sign * 0.1})
+    before = pid.integral
+    assert before * sign > 0.0
+    pid.call("step", {"position": 0.0, "reference": sign * 50.0})
+    assert (pid.wanted, pid.integral) == (sign * 1000.0, before)
+    pid.integral = sign * 990.0
+    pid._speed_loop(-sign * 0.01)
+    assert 0.0 < pid.integral * sign < 990.0
+
+
 def test_the_short_way_round() -> None:
     pid = ready(notch=None)
     pid.call("reset", {"position": 359.0})
@@ -139,7 +152,9 @@ def test_unusable_inputs_are_told_and_take_the_current_away(port, value, status)
     pid = ready()
     good = {"position": 0.0, "reference": 0.1}
     assert pid.call("step", good)[1]["wanted"] > 0.0
+    assert pid.integral > 0.0
     assert pid.call("step", good | {port: value}) == (status, {"wanted": 0.0})
+    assert pid.integral == 0.0
     for _ in range(400):
         code, out = pid.call("filter_step")
         assert code is Status.OK

@@ -177,23 +177,41 @@ def test_with_a_bound_on_the_change_the_current_goes_to_zero_in_steps() -> None:
 
 
 def test_the_axis_may_turn_on_while_nothing_is_measured() -> None:
-    """After a quarter of a second blind the first measurement is understood again."""
+    """Blind for a second it runs out over more than half a turn; the first measurement after that
+    is understood as what it is."""
     controller = ready()
     state, angle = np.zeros(4), 0.0
-    for k in range(2000):
+    for k in range(3500):
         angle = float((PLANT.c @ state)[0])
         target = np.arange(1, 4) * 0.18 + 0.18 * k
-        blind = 1000 <= k < 1500
+        blind = 1000 <= k < 3000
         given = {
             "position": np.nan if blind else angle % 360.0,
             "reference": (target if k < 1000 else target - target[0] + angle) % 360.0,
         }
         status, out = controller.call("step", given)
         assert (status is Status.OK) != blind
-        state = PLANT.a @ state + PLANT.b[:, 0] * float(out["current"])
+        assert abs(controller.drift[0]) <= 180.0
+        if k == 1000:
+            begin = angle
+        before, state = state, PLANT.a @ state + PLANT.b[:, 0] * float(out["current"])
+        if k == 3000:
+            assert 180.0 < angle - begin < 360.0
+            # the pull of friction is not known to a tenth of a degree after a second
+            np.testing.assert_allclose(controller.increment, state - before, atol=0.05)
     assert 100.0 < out["current"] < 150.0  # friction at a turn a second takes 126 mA
     expected = PLANT.a @ state + PLANT.b @ controller.previous - state
     assert abs(controller.increment[0] - expected[0]) < 0.05
+
+
+def test_half_a_turn_on_either_side_is_one_place() -> None:
+    """Foreseen at -179.9 degrees and seen at 179.8: an innovation of -0.3, not of 359.7."""
+    one, other = ready(), ready()
+    one.drift = np.array([-179.9])
+    other.drift = np.array([0.3])
+    one.call("step", {"position": 179.8, "reference": [179.8] * 3})
+    other.call("step", {"position": 0.0, "reference": [0.0] * 3})
+    np.testing.assert_allclose(one.increment, other.increment, rtol=1e-9)
 
 
 def test_before_reset_and_after_a_refused_one_there_is_no_current() -> None:
@@ -255,6 +273,7 @@ def test_whatever_comes_in_the_current_is_within_its_bounds(precision, turn, cal
         assert (status is Status.OK) == bool(usable)
         for values in (controller.increment, controller.drift, controller.last):
             assert np.all(np.isfinite(values))
+        assert not turn or abs(controller.drift[0]) <= 180.0
         bound = controller.design.filter.increment_bound.astype(controller.precision.dtype)
         assert np.all(np.abs(controller.increment) <= bound)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
+from servogen.controllers.design import Status
 from servogen.errors import InputError
 from servogen.precision import FLOAT32
 from servogen.progress import Silent
@@ -187,6 +188,38 @@ def test_where_the_axis_stands_makes_no_difference(servo: ServoDrive) -> None:
     assert np.min(there.output) < 359.0
     np.testing.assert_allclose(there.output - start, here.output, atol=2e-3)
     assert not np.any(there.status)
+
+
+class Listener:
+    """A loop that gives no current and keeps what it is told."""
+
+    taken = 2
+
+    def __init__(self) -> None:
+        self.told: list[np.ndarray] = []
+
+    def reset(self, position: float) -> Status:
+        self.told.append(np.array([position]))
+        return Status.OK
+
+    def sample(self, position: float, ahead: np.ndarray) -> Status:
+        self.told.append(np.append(position, ahead))
+        return Status.OK
+
+    def current(self) -> float:
+        return 0.0
+
+
+def test_what_a_controller_is_told_is_modulo_a_turn_and_in_steps(servo: ServoDrive) -> None:
+    loop = Listener()
+    run = run_drive(servo, loop, lambda t: 359.9995 + 360.0 * t, 50, lambda _: 100.0)
+    assert run.output[-1] > 360.0
+    told = np.concatenate(loop.told)
+    assert np.all((told >= 0.0) & (told < 360.0))
+    seen = np.array([values[0] for values in loop.told]) / servo.project.axis.encoder_resolution_deg
+    assert np.all(seen == np.round(seen))
+    assert len({values.size for values in loop.told[1:]}) == 1
+    assert loop.told[1].size == 1 + 1 + loop.taken
 
 
 def test_designed_on_the_printed_matrices_it_tracks_the_model(write: Write) -> None:
