@@ -11,9 +11,18 @@ from hypothesis import strategies as st
 
 from servogen.controllers.design import Status
 from servogen.controllers.errors import DesignError
+from servogen.controllers.kalman import Noise, design_filter
+from servogen.controllers.prediction import Horizons
 from servogen.controllers.servo_mpc import ServoMpc, SolvedMove
 from servogen.controllers.servo_mpc_design import ServoMpcDesign
-from servogen.controllers.tracking_qp import TrackingQp
+from servogen.controllers.tracking_qp import (
+    Bounds,
+    Constraints,
+    TrackingQp,
+    Weights,
+    tracking_qp,
+)
+from servogen.plants.sampled import Sampled
 from servogen.precision import FLOAT64, PRECISIONS
 
 GRID = 360.0 / 92_160  # 2^-8 degrees: multiples are float32 numbers up to 65,536 degrees
@@ -103,10 +112,10 @@ def test_at_36000_degrees_it_computes_the_same_bits(precision: str, turn: float)
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_a_turn_more_or_less_is_nothing(precision: str) -> None:
     """The axis goes on past 360 degrees; told modulo a turn, in turns of its own, or not at all."""
-    references = sine(900) + np.minimum(np.arange(900) * 0.17578125, 120.0) + 300.0
+    references = sine(600) + np.arange(600) * 0.17578125 + 300.0
     references = np.concatenate([np.full(1, 300.0), references[1:]])
     plain, end = drive(headstock_mpc(precision=precision, turn=0.0), references - 300.0)
-    assert 57.29577951308232 * end[2] > 100.0
+    assert np.rad2deg(end[2]) > 70.0
     for shown in (
         lambda x: np.mod(x + 300.0, 360.0),
         lambda x: np.mod(x + 300.0 + 180.0, 360.0) - 180.0,
@@ -303,3 +312,38 @@ def test_designs_that_cannot_be_are_refused(problem: TrackingQp, turn: float, ke
     with pytest.raises(DesignError) as caught:
         ServoMpcDesign("axis", FLOAT64, problem, found, 1000.0, turn)
     assert caught.value.key == key
+
+
+def test_two_axes_that_pull_at_each_other_are_one_controller() -> None:
+    """Two inputs, two outputs, each axis an integrator of its speed; both reach their places, one
+    of them across the end of a turn, and no input leaves its own bounds."""
+    a = np.eye(4)
+    a[0, 2] = a[1, 3] = 0.1
+    a[2:, 2:] = [[0.9, 0.05], [-0.04, 0.8]]
+    b = np.array([[0.0, 0.0], [0.0, 0.0], [0.5, 0.1], [-0.1, 0.4]])
+    plant = Sampled(a, b, np.eye(2, 4), 0.01)
+    horizons = Horizons(25, 2, 3)
+    weights = Weights.constant([50.0, 80.0], [1.0, 2.0], plant, horizons)
+    limits = Bounds([-3.0, -5.0], [4.0, 6.0])
+    problem = tracking_qp(plant, horizons, "first_order", weights, Constraints(limits))
+    noise = Noise(np.full(2, 0.1), np.full(4, 0.01), np.full(2, 0.01))
+    found = design_filter(plant, noise, [180.0, 180.0], limits.upper - limits.lower)
+    design = ServoMpcDesign("axes", FLOAT64, problem, found, 360.0, 360.0)
+    controller = ServoMpc(design, SolvedMove(problem, FLOAT64))
+    state, target = np.array([350.0, 20.0, 0.0, 0.0]), np.array([10.0, 5.0])
+    controller.call("reset", {"position": state[:2] % 360.0})
+    currents = []
+    for _ in range(400):
+        given = {"position": state[:2] % 360.0, "reference": np.tile(target, 2)}
+        status, out = controller.call("step", given)
+        assert status is Status.OK
+        currents.append(out["current"])
+        state = a @ state + b @ currents[-1]
+    np.testing.assert_allclose(state[:2], [370.0, 5.0], atol=1e-3)
+    np.testing.assert_allclose(np.max(currents, axis=0)[0], 4.0)
+    assert np.all((np.array(currents) >= limits.lower) & (np.array(currents) <= limits.upper))
+    step = controller.declaration.operation("step")
+    assert (step.inputs[0].size, step.inputs[1].size, step.outputs[0].size) == (2, 4, 2)
+    assert controller.call("step", {"position": [0.0, np.nan], "reference": np.zeros(4)})[0] is (
+        Status.NOT_FINITE
+    )

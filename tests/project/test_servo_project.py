@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servogen.errors import InputError
-from servogen.project.servo_load import load_servo_project
+from servogen.project.load import Project
+from servogen.project.servo_load import ServoProject, load_servo_project
 from servogen.project.servo_schema import MatricesDrive, TwoMassDrive
+from servogen.project.systems import load_any_project
 from servogen.resources import resource_dir
 
 EXAMPLE = resource_dir("examples") / "servo_drive" / "servogen.toml"
@@ -165,3 +167,16 @@ def test_whatever_a_line_becomes_it_is_a_project_or_one_sentence(
         assert ", expected " in message
         assert "\n" not in message
         assert len(message) < 500
+
+
+def test_any_system_s_file_is_read_as_what_it_says(write: Write) -> None:
+    other = resource_dir("examples") / "two_stage" / "servogen.toml"
+    assert isinstance(load_any_project(EXAMPLE), ServoProject)
+    assert isinstance(load_any_project(other), Project)
+    for system in ('"gantry"', "3", "{a = 1}"):
+        with pytest.raises(InputError, match=r'system is .*, expected "two_stage" or "servo_'):
+            load_any_project(write(TEXT.replace('"servo_drive"', system)))
+    with pytest.raises(InputError, match=r"schema is missing"):
+        load_any_project(write(""))
+    with pytest.raises(InputError, match=r"a few levels deep"):
+        load_any_project(write("a = " + "[" * 5000 + "]" * 5000))

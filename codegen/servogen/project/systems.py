@@ -1,0 +1,30 @@
+"""A project file of whichever system it says it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from servogen.errors import InputError
+from servogen.project.fields import one_of
+from servogen.project.load import Project, load_project
+from servogen.project.servo_load import ServoProject, load_servo_project
+from servogen.project.toml_text import read_toml
+from servogen.project.translate import value_text
+
+SYSTEMS = ("two_stage", "servo_drive")
+
+
+def load_any_project(path: Path) -> Project | ServoProject:
+    """Read and validate a project file by its key ``system``.
+
+    Raises:
+        InputError: as ``load_project`` and ``load_servo_project``, or a system that is none.
+    """
+    path = Path(path)
+    try:
+        system = read_toml(path).get("system", "two_stage")
+    except RecursionError:
+        raise InputError(path, "the file", None, "tables nested a few levels deep") from None
+    if system not in SYSTEMS:
+        raise InputError(path, "system", value_text(system), one_of(SYSTEMS))
+    return load_servo_project(path) if system == "servo_drive" else load_project(path)
