@@ -26,10 +26,11 @@ typedef struct {
     int32_t is_zero;
 } sg_parts;
 
+/* sizeof would tell how many char, and a char may have 16 bits. */
 enum {
-    SG_BITS = (sizeof(sg_real) == 8u) ? 52 : 23,       /* of the fraction */
-    SG_TOP = (sizeof(sg_real) == 8u) ? 0x7FF : 0xFF,   /* exponent of infinity and NaN */
-    SG_SPARE = (sizeof(sg_real) == 8u) ? 0 : 1         /* the image is the narrow one */
+    SG_BITS = (SG_REAL_BITS == 64) ? 52 : 23,       /* of the fraction */
+    SG_TOP = (SG_REAL_BITS == 64) ? 0x7FF : 0xFF,   /* exponent of infinity and NaN */
+    SG_SPARE = (SG_REAL_BITS == 64) ? 0 : 1         /* the image is the narrow one */
 };
 
 #define SG_SHIFT ((uint32_t)SG_BITS)

@@ -39,6 +39,11 @@ class Precision:
         return int(self.dtype.itemsize)
 
     @property
+    def bits(self) -> int:
+        """Of a number's image, however many of them a char has."""
+        return 8 * self.bytes
+
+    @property
     def max(self) -> float:
         return float(np.finfo(self.dtype).max)
 

@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Kernels that all servogen controllers share. Included by a package's own header of its scalar, after
- * sg_real (float or double) and SG_REAL_MAX are defined: each package has its own precision.
+ * sg_real (float or double), SG_REAL_MAX and SG_REAL_BITS are defined: each package has its own
+ * precision.
  *
  * Comments that begin with an at sign speak to Frama-C Eva, the analyser that proves the absence of
  * run-time errors: `dynamic_split x` keeps the cases of x apart, `merge x` joins them again. They ask
  * for precision and state nothing.
  *
  * Matrices are stored transposed, column after column: the inner loop then runs over independent
- * rows, which a compiler can vectorise without changing the order of any sum.
+ * rows, which a compiler can vectorise without changing the order of any sum. Sizes fit an int, also
+ * one of 16 bits; a place in a matrix may not, so what it is computed from is an int32_t.
  */
 #ifndef SG_KERNELS_H
 #define SG_KERNELS_H
@@ -42,7 +44,7 @@ static inline sg_real sg_clamp_any(sg_real x, sg_real low, sg_real high)
 /*
  * sg_bound, sg_bound_below and sg_bound_count keep what they are given in an interval that it does not
  * leave: they are for the proof, which looks at one number at a time and cannot see why. Each place says
- * why.
+ * why; `servogen check prove` also counts that none ever changes a number in the closed loop.
  */
 static inline sg_real sg_bound(sg_real x, sg_real low, sg_real high)
 {
@@ -160,7 +162,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
         y[i] = (sg_real)0;
     }
     for (int block = 0; block < blocks; block++) {
-        const int j = 4 * block;
+        const int32_t j = 4 * (int32_t)block;
         const sg_real x0 = x[j];
         const sg_real x1 = x[j + 1];
         const sg_real x2 = x[j + 2];
@@ -174,7 +176,7 @@ static inline void sg_matvec(int rows, int cols, const sg_real *restrict columns
             y[i] = (((y[i] + (c0[i] * x0)) + (c1[i] * x1)) + (c2[i] * x2)) + (c3[i] * x3);
         }
     }
-    for (int j = 4 * blocks; j < cols; j++) {
+    for (int32_t j = 4 * (int32_t)blocks; j < cols; j++) {
         const sg_real factor = x[j];
         const sg_real *restrict column = &columns[j * rows];
         SG_PRAGMA("MUST_ITERATE(1)")

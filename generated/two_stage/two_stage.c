@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
+ * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
  *
  * SPRG-MPC cascade for a two-stage machine
  *
@@ -353,6 +353,7 @@ static sg_status two_stage_period(two_stage_t *self, const two_stage_step_in *in
     return status;
 }
 
+/* (11): where the present command leads in one period. */
 static void two_stage_ahead_x(const two_stage_t *self, const sg_real *restrict state,
                                 sg_real *restrict ahead)
 {
@@ -363,6 +364,7 @@ static void two_stage_ahead_x(const two_stage_t *self, const sg_real *restrict s
     }
 }
 
+/* (11): where the present command leads in one period. */
 static void two_stage_ahead_y(const two_stage_t *self, const sg_real *restrict state,
                                 sg_real *restrict ahead)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design b33fc835d3afb2df. */
+/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design 6f28a81795cf3b0b. */
 /* The scalar of the kernels, and the kernels: for the sources of two_stage only. */
 #ifndef TWO_STAGE_SCALAR_H
 #define TWO_STAGE_SCALAR_H
@@ -8,6 +8,7 @@
 
 typedef two_stage_real sg_real;
 #define SG_REAL_MAX 1.7976931348623157e+308
+#define SG_REAL_BITS 64
 
 #include "sg_kernels.h"
 

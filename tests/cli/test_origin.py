@@ -42,4 +42,4 @@ def test_what_the_c_may_not_show_is_seen(small: Path, change: str) -> None:
 
 def test_the_date_is_what_the_builder_says(small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
-    assert origin_of(load_project(small)).date == "1970-01-02"
+    assert origin_of(load_project(small)).modified == "1970-01-02"

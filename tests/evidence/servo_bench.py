@@ -61,7 +61,7 @@ def subject(axis: Axis, made: CPackage | None = None) -> Subject:
         PRECISIONS[axis.precision],
         counts(axis),
         plays,
-        lambda samples: loop(axis, samples or 400),
+        lambda samples: [loop(axis, samples or 400)],
     )
 
 

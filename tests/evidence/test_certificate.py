@@ -34,7 +34,7 @@ def state(out: Path) -> str:
 def test_what_is_kept_is_shown_with_its_tools_and_date(tmp_path: Path) -> None:
     keep(GOOD, tmp_path, ORIGIN)
     entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
-    assert (entry.state, entry.summary, entry.input_date) == (PASSED, "all equal", "2026-01-02")
+    assert (entry.state, entry.summary, entry.input_modified) == (PASSED, "all equal", "2026-01-02")
     assert entry.tools == {"qemu": "7.2"}
     assert entry.figures == {"calls": 5}
 
@@ -122,3 +122,13 @@ def test_the_result_is_that_of_the_worst(states: tuple[str, ...], result: str) -
     assert made.result == result
     assert made.to_json()["result"] == result
     assert made.passed is (result != "failed")
+
+
+def test_what_was_left_out_stands_in_the_one_line(tmp_path: Path) -> None:
+    left = ("clang: apt-get install clang", "gcc 32-bit, calls: no crt1.o", "clang: once more")
+    keep(replace(GOOD, details=("a line",), not_run=left), tmp_path, ORIGIN)
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    assert entry.summary == "all equal; not run: clang; gcc 32-bit, calls"
+    assert entry.details == ("a line", *(f"not run: {text}" for text in left))
+    told = replace(certificate(), entries=(entry,)).lines()
+    assert told[-1].endswith("passed    all equal; not run: clang; gcc 32-bit, calls")

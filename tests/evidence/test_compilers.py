@@ -42,7 +42,8 @@ def test_every_package_passes_strict_compilation(name: str) -> None:
     assert compilers_strict.sources(made, found("gcc"), "-O2", folder) == []
     assert compilers_objects.faults(made, folder) == []
     assert compilers_objects.misplaced_tables(made) == []
-    assert compilers_strict.sources(made, found("zig 64-bit"), "-O0", folder) == []
+    if name in ("governor alone", "M = 2", "plain PQP"):  # zig takes a second for each
+        assert compilers_strict.sources(made, found("zig 64-bit"), "-O0", folder) == []
 
 
 def test_32_bit_16_bit_int_and_big_endian() -> None:
@@ -192,7 +193,8 @@ def test_without_a_clang_the_check_does_not_pass(monkeypatch: pytest.MonkeyPatch
     finding = compilers.run(bench(), Silent())
     assert not finding.passed
     assert finding.faults == ("no clang was run: pip install ziglang, or apt-get install clang",)
-    assert finding.details == ("not run: clang: apt-get install clang",)
+    assert finding.not_run == ("clang: apt-get install clang",)
+    assert finding.line.endswith("; not run: clang")
     assert finding.figures["compilations"]["gcc only -O2"] == 1
 
 

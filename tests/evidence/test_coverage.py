@@ -12,6 +12,7 @@ import pytest
 from core_designs import Variant, package
 from small_bench import bench, changed, subject
 
+from servogen.emit.package import emit_package
 from servogen.errors import CheckFailed, InputError
 from servogen.evidence import coverage, coverage_build
 from servogen.evidence.coverage import Covered, cover
@@ -20,6 +21,8 @@ from servogen.evidence.coverage_list import Branch, reviewed
 from servogen.sil.player import Play
 from servogen.steps import equivalence
 
+# One worker: what the variants reach is found out once.
+pytestmark = pytest.mark.xdist_group("coverage")
 # Between them they make every line of every template, in both precisions.
 VARIANTS = {
     "cascade": Variant("cov64", horizon=5, cap=12),
@@ -51,6 +54,17 @@ def test_every_entry_of_the_list_is_needed_somewhere():
     needed = {entry.branch for name in VARIANTS for _, entry in covered(name).compared.justified}
     stale = [str(entry.branch) for entry in reviewed() if entry.branch not in needed]
     assert stale == []
+
+
+def test_curvature_that_is_lost_in_rounding_is_reached_in_float32():
+    """What the list has for float64 and low caps is no dead code."""
+    v = Variant("cov", horizon=5, cap=60, precision="float32")
+    (solver,) = (d for d in package(v).declarations if d.kind == "mpc")
+    one = subject(v, emit_package("cov", (solver,)))
+    plays = [p for p in one.suite(STEPS) if p.prefix == solver.prefix]
+    guard = "sg_pqp_extrapolate: curvature > zero is never false"
+    assert guard in [str(e.branch) for e in cover(one, plays, reviewed()).compared.unneeded]
+    assert guard in [str(e.branch) for e in reviewed()]
 
 
 def test_the_calls_are_those_of_the_equivalence_suite():

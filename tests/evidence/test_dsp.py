@@ -34,6 +34,7 @@ DIVISION = """
 #include <stdint.h>
 #include <stdio.h>
 typedef %s sg_real;
+#define SG_REAL_BITS %d
 #include "sg_division.h"
 static uint64_t state = 88172645463325252u;
 static uint64_t draw(void)
@@ -131,9 +132,9 @@ def test_the_c_stays_c_around_the_pragmas(tmp_path):
     assert any("with TI's macros: " in fault for fault in faults)
 
 
-@pytest.mark.parametrize("real", ["float", "double"])
-def test_own_division_is_that_of_the_processor(real, tmp_path):
-    (tmp_path / "divide.c").write_text(DIVISION % real)
+@pytest.mark.parametrize(("real", "bits"), [("float", 32), ("double", 64)])
+def test_own_division_is_that_of_the_processor(real, bits, tmp_path):
+    (tmp_path / "divide.c").write_text(DIVISION % (real, bits))
     flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror"]
     include = f"-I{resource_dir('c_runtime')}"
     subprocess.run(["gcc", *flags, include, "divide.c", "-o", "divide"], cwd=tmp_path, check=True)
@@ -142,11 +143,11 @@ def test_own_division_is_that_of_the_processor(real, tmp_path):
     assert int(done.stdout) > 10_000  # quotients below the normal numbers were among them
 
 
-@pytest.mark.parametrize("v", [BASE, Variant("dspf", horizon=4, cap=9, precision="float32")])
-def test_with_own_division_the_bits_are_the_same(v):
-    folder = temporary_folder(f"{v.prefix}-own")
-    module = compile_package([package(v)], folder, ["-O1", "-DSG_OWN_DIVISION"])
-    for case in suite(design(v), 5, 6):
+def test_with_own_division_the_bits_are_those_of_the_reference():
+    """In float64; in float32 the sanitizers' test plays it."""
+    folder = temporary_folder("dsp-own")
+    module = compile_package([package(BASE)], folder, ["-O1", "-DSG_OWN_DIVISION"])
+    for case in suite(design(BASE), 5, 6):
         reference = case.reference()
         agreement = compare(
             reference, CompiledController(module, reference.declaration), case.calls

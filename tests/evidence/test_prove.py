@@ -75,6 +75,7 @@ def test_contracts_promise_what_drivers_claim_and_no_more(v):
                 low, high = ends(port, d.precision)
                 assert f"out->{port.name}{'[i]' if port.size else ''} = sg_within" in body
                 assert f"({low}, {high});" in body
+        assert contract.count("assert \\initialized(&self->") == len(d.operations)
         for member in d.state:
             assert (f"self->{member.name}[i] = sg_within" in contract) == bool(member.bound)
             assert (f"<= self->{member.name}[i] <=" in driver) == bool(member.bound)
@@ -262,12 +263,16 @@ FAULTS = {
     ),
     "a member of a part that nobody promised": (
         CASCADE, "finite", f"{CASCADE}.c",
-        "self->fast.state_x, self->state_x", "self->fast.scratch_x, self->state_x",
+        "sg_bound(ahead_x[i], -eva0_bound_x[i], eva0_bound_x[i])", "self->fast.state_x[i]",
     ),
     "a member of a part written": (
         CASCADE, "finite", f"{CASCADE}.c",
         "    self->planned = 0;\n    self->priming",
         "    self->fast.state_x[0] = self->state_x[0];\n    self->planned = 0;\n    self->priming",
+    ),
+    "a part never begun": (
+        CASCADE, "finite", f"{CASCADE}.c",
+        "    eva0_governor_init(&self->governor);\n", "",
     ),
     "a part asked with what was never written": (
         CASCADE, "finite", f"{CASCADE}.c",
@@ -287,7 +292,7 @@ FAULTS = {
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("self->fast.state_x, self->state_x", "self->state_x, self->fast.state_x"),
+        ("sg_bound(ahead_x[i], -eva0_bound_x[i], eva0_bound_x[i])", "self->fast.state_x[i]"),
         (
             "    self->planned = 0;\n    self->priming",
             "    self->fast.head = 0;\n    self->priming",

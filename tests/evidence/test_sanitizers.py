@@ -15,6 +15,7 @@ from core_designs import Variant, package, temporary_folder
 from small_bench import changed, subject
 
 from servogen.controllers.design import Declaration, Port, Status
+from servogen.emit.package import emit_package
 from servogen.evidence import sanitizers
 from servogen.evidence.answers import Answers, answers, misjudged
 from servogen.evidence.bench import Bench
@@ -32,6 +33,11 @@ VARIANTS = {
     ),
     "governor alone, M = 2": Variant("sane2", horizon=0, points=2, ramp=0, precision="float32"),
 }
+
+# The player of each is built once, on one worker.
+of_each_variant = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in VARIANTS]
+)
 
 
 @cache
@@ -82,7 +88,7 @@ def expected(d: Declaration, calls) -> dict[str, list[Status]]:
     return asked
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@of_each_variant
 def test_edges_have_the_status_they_deserve(name):
     """Every edge of every input: the status is the worst that its inputs ask for, or worse still
     where the state has a say; outputs stay in their ranges."""
@@ -130,7 +136,7 @@ def garbage(name: str, count: int) -> tuple[bytes, list[int]]:
     return b"".join(parts), numbers
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@of_each_variant
 def test_garbage_in_every_entry_point(name):
     stream, numbers = garbage(name, 4000)
     entries, data, offset = (
@@ -156,6 +162,7 @@ def test_the_check_passes_and_says_what_it_played(monkeypatch):
     one = subject(VARIANTS["governor alone, M = 2"])
     finding = sanitizers.run(Bench("sane2", (one,)), Silent())
     assert finding.passed, finding.faults
+    assert "own division" not in finding.summary  # this package does not divide
     for figures in finding.figures.values():
         assert figures["calls"] > 500
         assert set(figures["sequences"]) == {"sane2_governor", "sane2_follower", "sane2"}
@@ -185,6 +192,27 @@ def test_the_player_reports_what_is_planted(tmp_path, file, old, new, complaint)
     faults = play_sanitized(one, plays, tmp_path / "player")
     assert faults
     assert complaint in " ".join(faults)
+
+
+DIVIDES = Variant("sdiv", horizon=2, points=5, ramp=1, cap=12, precision="float32")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("", "", ""),
+        ("image += half & lost;", "", "own division: sdiv_mpc"),
+        ("field << SG_SHIFT", "field << (SG_SHIFT + 41u)", "shift exponent"),
+    ],
+)
+def test_the_own_division_is_played_too(tmp_path, old, new, complaint):
+    (solver,) = (d for d in package(DIVIDES).declarations if d.kind == "mpc")
+    made = changed(emit_package("sdiv", (solver,)), "sg_division.h", old, new)
+    one = subject(DIVIDES, made)
+    plays = [p for p in one.suite(100) if p.prefix == "sdiv_mpc"]
+    told = " ".join(play_sanitized(one, plays, tmp_path / "player"))
+    assert complaint in told
+    assert bool(told) == bool(complaint)
 
 
 def test_outputs_are_judged(tmp_path):

@@ -152,7 +152,7 @@ def double_integrator(horizon: int, position: float = 5.0, velocity: float = 5.0
 def random_program(
     seed: int, variables: int, parameters: int, rows: int, first_move: int = 1
 ) -> ParametricQP:
-    """Feasible at theta = 0; theta within +-2, |z_i| <= 3, ``rows`` random limits on z and theta."""
+    """Feasible at theta = 0; theta within +-2, |z_i| <= 3, ``rows`` random limits on both."""
     generator = np.random.default_rng(seed)
     root = generator.normal(size=(variables, variables))
     return parametric_qp(

@@ -17,6 +17,8 @@ def ppopt_active_sets(
     Args:
         problem: with a domain; PPOPT knows bounded parameters only.
         algorithm: ``combinatorial``, ``graph`` or ``geometric``.
+        process: let PPOPT process its constraints first, as its manual recommends; it may drop
+            redundant ones, so the numbers are ours only if there are none.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -53,7 +53,11 @@ def test_batches_are_their_members() -> None:
     together = greatest_many(h, k, objectives)
     alone = [greatest(h, k[i], objectives[i]) for i in range(0, 600, 37)]
     np.testing.assert_allclose(together[::37], alone, rtol=1e-12)
+    shared = greatest_many(np.tile(h[:5], (600, 1, 1)), k, objectives, shared=h[5:])
+    np.testing.assert_allclose(shared, together, rtol=1e-12)
+    split = inner_balls(np.tile(h[:5], (600, 1, 1)), k, shared=h[5:])
     balls = inner_balls(np.tile(h, (600, 1, 1)), k)
+    np.testing.assert_allclose([b.radius for b in split], [b.radius for b in balls], rtol=1e-9)
     radii = [inner_ball(h, k[i]).radius for i in range(0, 600, 37)]
     np.testing.assert_allclose([ball.radius for ball in balls][::37], radii, rtol=1e-12)
 
@@ -90,6 +94,21 @@ def test_cone_has_the_vertices(seed: int, n: int, rows: int) -> None:
     assert len(own) == len(wanted)
     apart = np.max(np.abs(own[:, None] - wanted[None]), axis=2)
     assert np.max(np.min(apart, axis=1)) < 1e-8
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_corners_where_more_planes_meet_than_needed(n: int) -> None:
+    """|x_1| + ... + |x_n| <= 1: 2 n corners, 2^(n-1) planes at each; then cut through most."""
+    h = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T / np.sqrt(n)
+    cone = cone_of(h, np.full(2**n, 1.0 / np.sqrt(n)))
+    assert len(cone.rays) == 2 * n
+    half = cut(cone, homogeneous(np.eye(n)[-1:], np.array([0.0]))[0])
+    assert len(half.rays) == 2 * n - 1
+    lowest = np.sort(half.rays[:, n - 1] / half.rays[:, n])
+    np.testing.assert_allclose(lowest, [-1.0] + [0.0] * (2 * n - 2), atol=1e-9)
+    # a plane off the corners: an edge from each of the 2 n - 2 of the equator to the lower tip
+    slice_ = cut(half, homogeneous(-np.eye(n)[-1:], np.array([0.5]))[0])
+    assert len(slice_.rays) == 2 * (2 * n - 2)
 
 
 def test_unbounded_sets_know_their_sides() -> None:

@@ -73,9 +73,9 @@ def _slide() -> TrackingQp:
 
 def _pair() -> TrackingQp:
     """Two masses that push each other, each with its own drive."""
-    a = np.array(
-        [[0.95, 0.02, 0.0, 0.0], [0.03, 0.93, 0.0, 0.0], [0.01, 0.0, 1.0, 0.0], [0.0, 0.01, 0.0, 1.0]]
-    )  # fmt: skip
+    a = np.eye(4)
+    a[:2, :2] = [[0.95, 0.02], [0.03, 0.93]]
+    a[2, 0] = a[3, 1] = 0.01
     b = np.array([[0.4, 0.05], [0.0, 0.5], [0.002, 0.0], [0.0, 0.0025]])
     c = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     plant, horizons = Sampled(a, b, c, 0.01), Horizons(6, 2, 1)

@@ -40,6 +40,14 @@ GROUP_TWO = (
     Variant("nt", horizon=2, bandwidth=200.0, cap=12),
 )
 ALL = {v.prefix: (v, group) for group in (GROUP_ONE, GROUP_TWO) for v in group}
+# One worker for each module: it is compiled once.
+one, two = (pytest.mark.xdist_group(f"equivalence {number}") for number in (1, 2))
+
+
+def each(*prefixes: str):
+    """One test for each of these cascades, on the worker that has its module."""
+    marked = [pytest.param(p, marks=one if ALL[p][1] is GROUP_ONE else two) for p in prefixes]
+    return pytest.mark.parametrize("prefix", marked)
 
 
 def controller(v: Variant, group: tuple[Variant, ...], index: int = -1) -> CompiledController:
@@ -48,7 +56,7 @@ def controller(v: Variant, group: tuple[Variant, ...], index: int = -1) -> Compi
     )
 
 
-@pytest.mark.parametrize("prefix", ALL)
+@each(*ALL)
 def test_edges_and_random_calls_agree_bit_for_bit(prefix):
     v, group = ALL[prefix]
     module = compiled(*group, quick=group is GROUP_TWO)
@@ -71,7 +79,7 @@ def test_edges_and_random_calls_agree_bit_for_bit(prefix):
             assert everything | {"NOT_READY", "BACKUP", "INFEASIBLE"} <= statuses[name]
 
 
-@pytest.mark.parametrize("prefix", ["e64", "e32"])
+@each("e64", "e32")
 def test_the_first_periods_of_a_closed_loop_agree_bit_for_bit(prefix):
     """Both stages, every fast sample, 200 slow periods of a path that needs the solver."""
     v, group = ALL[prefix]
@@ -85,6 +93,7 @@ def test_the_first_periods_of_a_closed_loop_agree_bit_for_bit(prefix):
     assert Status.SUBOPTIMAL in record.status or Status.BACKUP in record.status or prefix == "e64"
 
 
+@one
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_the_whole_path_of_the_example_agrees_bit_for_bit(precision):
     """All slow periods of the bundled drawing (its fast samples: the closed loop above)."""
@@ -98,21 +107,23 @@ def test_the_whole_path_of_the_example_agrees_bit_for_bit(precision):
     assert record.begun == len(path) - 1
 
 
+@one
 def test_two_instances_do_not_know_of_each_other():
     """Interleaved call by call, each does what it does alone."""
     v, group = ALL["e64"]
-    one, two = (list(random_calls(design(v), seed, 12)) for seed in (1, 2))
+    these, those = (list(random_calls(design(v), seed, 12)) for seed in (1, 2))
     alone = []
-    for calls in (one, two):
+    for calls in (these, those):
         own = controller(v, group)
         alone.append([own.call(c.operation, c.inputs) for c in calls])
     first, second = controller(v, group), controller(v, group)
-    for i in range(max(len(one), len(two))):
-        for calls, instance, expected in ((one, first, alone[0]), (two, second, alone[1])):
+    for i in range(max(len(these), len(those))):
+        for calls, instance, expected in ((these, first, alone[0]), (those, second, alone[1])):
             if i < len(calls):
                 assert instance.call(calls[i].operation, calls[i].inputs) == expected[i]
 
 
+@one
 def test_two_controllers_of_different_precision_run_in_one_program():
     """A float64 and a float32 cascade of one module, turn by turn, each against its reference."""
     pairs = []
@@ -135,7 +146,7 @@ def test_the_suite_is_the_same_every_time():
     assert repr(other[1].calls) != repr(first[1].calls)
 
 
-@pytest.mark.parametrize("prefix", ["s64", "n3"])
+@each("s64", "n3")
 def test_points_beyond_the_valid_ones_are_not_read(prefix):
     v, group = ALL[prefix]
     for cascade in (Cascade(design(v)), controller(v, group)):

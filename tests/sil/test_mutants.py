@@ -20,6 +20,8 @@ from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Agreement, Call, Twin, compare, compare_outputs
 from servogen.sil.scenarios import suite
 
+# One worker: all mutants are one module.
+pytestmark = pytest.mark.xdist_group("mutants")
 BASE = Variant(horizon=5, cap=40, letter="L")
 
 

@@ -83,6 +83,17 @@ def test_over_the_memory(change: dict[str, Number], says: str) -> None:
     assert re.search(says, fault), fault
 
 
+def test_a_dimension_that_the_targets_int_does_not_hold() -> None:
+    target = load_target("f28379d")
+    assert target.int_bits == 16
+    package, counts = emitted()
+    assert fit_of(package, counts, target, 0.2).too_large == ()
+    narrow = fit_of(package, counts, replace(target, int_bits=6), 0.2)
+    assert narrow.faults[-1].endswith("more than an int of 6 bits on f28379d holds")
+    largest = max((d.value, d.name) for each in package.declarations for d in each.dimensions)
+    assert any(f"{largest[1]} of small" in f and f"is {largest[0]}," in f for f in narrow.faults)
+
+
 def test_all_targets_are_told_also_those_that_cannot() -> None:
     told = result(load_target("tms320c6678"), all_targets=True)
     text = "\n".join(told.lines())

@@ -74,6 +74,7 @@ def test_cost_is_the_weighted_sum(mine: Target) -> None:
     [
         ("clock_hz = { value = 1e6", "clock_hz = { value = 0", "clock_hz.value is 0"),
         ("clock_hz = { value = 1e6", "clock_hz = { value = nan", "clock_hz.value is nan"),
+        ("[memory]", "int_bits = { value = 0, source = 'x' }\n[memory]", "int_bits.value is 0"),
         ("clock_hz =", "clock =", "clock is unknown, expected one of name"),
         ('source = "crystal"', 'source = ""', "clock_hz.source is missing"),
         ("sqrt = { value = 1", 'sqrt = { value = "1"', "cycles.float32.sqrt.value is 1, expected"),

@@ -12,7 +12,7 @@ from servogen.controllers.design import Port, Status, Value
 from servogen.controllers.fast_stage import FastStage
 from servogen.controllers.governor import Governor
 from servogen.controllers.governor_design import AXES
-from servogen.controllers.mpc_design import state_ports
+from servogen.controllers.mpc_design import state_bounds, state_ports
 from servogen.controllers.tracking_mpc import TrackingMpc
 from servogen.precision import FloatArray
 from servogen.qp.ordered import matvec
@@ -34,6 +34,8 @@ class Cascade:
         p = design.governor.precision
         self._a_columns = [cast(plant.a.T, p) for plant in design.plants]
         self._b = [cast(plant.b, p) for plant in design.plants]
+        order = design.governor.order
+        self._bound = [cast(state_bounds(order, lim), p) for lim in design.governor.limits]
         self._stand([self._real(0.0)] * 2)
         self.ready = False
 
@@ -145,12 +147,14 @@ class Cascade:
         if status is Status.OK:
             values = np.array([given[port.name] for port in ports], dtype=self._real)
             states = [np.array(part) for part in np.split(values, 2)]
-        ahead = [
-            matvec(self._a_columns[i], states[i]) + self._b[i] * self.command[i] for i in range(2)
-        ]
+        ahead = [self._ahead(i, state) for i, state in enumerate(states)]
         if not self.ready:
             status = Status.NOT_READY
         return Status(status), dict(zip(self._names, np.concatenate(ahead), strict=True))
+
+    def _ahead(self, i: int, state: FloatArray) -> FloatArray:
+        """(11): where the present command of axis i leads in one period."""
+        return matvec(self._a_columns[i], state) + self._b[i] * self.command[i]
 
     def _measured(self, given: Mapping[str, Value]) -> Status:
         """Take the measured states over, or go on from the predicted ones."""
@@ -252,8 +256,12 @@ class Cascade:
     def _sprg_step(
         self, given: Mapping[str, Value], measured: Status
     ) -> tuple[Status, dict[str, Value]]:
-        if measured is not Status.OK:  # the fast stage's model has followed the last command
-            self.state = [np.array(state, dtype=self._real) for state in self.fast.state]
+        if measured is not Status.OK:  # fast_step may be at work on the fast stage's model
+            ahead = [self._ahead(i, state) for i, state in enumerate(self.state)]
+            self.state = [
+                np.minimum(np.maximum(state, -bound), bound)
+                for state, bound in zip(ahead, self._bound, strict=True)
+            ]
         # the next interval's feed is not known yet: only as many points as can follow this one's
         offer = dict(given)
         if int(np.asarray(given["n_points"])) <= self.design.governor.points:

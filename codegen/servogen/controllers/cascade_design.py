@@ -30,7 +30,13 @@ from servogen.controllers.governor_design import (
     declare_governor,
     point_ports,
 )
-from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_ports
+from servogen.controllers.mpc_design import (
+    POSITION_FACTOR,
+    MpcDesign,
+    declare_mpc,
+    state_bounds,
+    state_ports,
+)
 from servogen.plants.statespace import Discrete
 
 
@@ -86,6 +92,16 @@ def _step_outputs(design: CascadeDesign) -> tuple[Port, ...]:
     )
 
 
+def _state_bounds(design: CascadeDesign) -> tuple[Table, ...]:
+    """Of the governor alone, which follows its own model where there is no measurement; with a
+    predictive controller that one has them."""
+    g = design.governor
+    return tuple(
+        Table(f"bound_{axis}", state_bounds(g.order, limit), f"largest state expected, {axis}")
+        for axis, limit in zip(AXES, () if design.mpc else g.limits, strict=False)
+    )
+
+
 def declare_cascade(design: CascadeDesign) -> Declaration:
     """Names, sizes and ports of the cascade."""
     g, horizon = design.governor, design.horizon
@@ -132,7 +148,8 @@ def declare_cascade(design: CascadeDesign) -> Declaration:
                 Table(f"a_columns_{axis}", plant.a.T, f"A of (11), {axis}, transposed"),
                 Table(f"b_{axis}", plant.b, f"B of (11), {axis}"),
             )
-        ),
+        )
+        + _state_bounds(design),
         state=_cascade_state(design),
         operations=(
             Operation("reset", "Stand at the first point of the path.", inputs=starts),

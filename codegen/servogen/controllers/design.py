@@ -142,6 +142,7 @@ class Declaration:
         summary: one line for the head of the file.
         sample_time_s: period at which ``step`` is called.
         uses: prefixes of the controllers it calls.
+        replaces: prefix of the controller that it stands in for: one of the two runs, never both.
         facts: decisions a template may need that are not numbers in the C (flags, sub-prefixes).
     """
 
@@ -156,6 +157,7 @@ class Declaration:
     operations: tuple[Operation, ...]
     state: tuple[StateField, ...]
     uses: tuple[str, ...] = ()
+    replaces: str = ""
     facts: Mapping[str, object] = field(default_factory=dict)
 
     @property

@@ -197,10 +197,7 @@ def declare_fast(design: FastDesign) -> Declaration:
         tables=tuple(tables),
         state=(
             *(StateField(f"path_{a}", "ring of points, m", "BUFFER") for a in AXES),
-            *(
-                StateField(f"state_{a}", "slow stage model at T_f", "ORDER", bound=f"bound_{a}")
-                for a in AXES
-            ),
+            *(StateField(f"state_{a}", "slow stage model at T_f", "ORDER") for a in AXES),
             *(StateField(f"scratch_{a}", "workspace", "ORDER") for a in AXES),
             *(StateField(f"command_{a}", "slow stage command, m") for a in AXES),
             StateField("along", "points along the interval"),

@@ -87,9 +87,10 @@ class Pid:
         direct = self._c["velocity_gain"] * error
         integral = self.integral + self._c["integral_gain"] * error
         wanted = direct + integral
-        if wanted > limit and error > 0:
+        # beyond the limit only an error of the same sign leads, as the integral stays within it
+        if wanted > limit:
             integral = self.integral
-        if wanted < -limit and error < 0:
+        if wanted < -limit:
             integral = self.integral
         self.integral = min(max(integral, -limit), limit)
         self.wanted = min(max(direct + self.integral, -limit), limit)

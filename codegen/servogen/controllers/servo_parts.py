@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from servogen.controllers.design import Declaration
 from servogen.controllers.errors import DesignError
@@ -37,7 +37,9 @@ class ServoParts:
 
     def declarations(self) -> tuple[Declaration, ...]:
         """Those used before those that use them; the MPC is the second."""
-        pid = () if self.pid is None else (declare_pid(self.pid),)
+        pid: tuple[Declaration, ...] = ()
+        if self.pid is not None:
+            pid = (replace(declare_pid(self.pid), replaces=self.mpc.prefix),)
         return (declare_lookup(self.lookup), declare_servo_mpc(self.mpc), *pid)
 
     def controller(self) -> ServoMpc:

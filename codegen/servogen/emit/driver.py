@@ -56,6 +56,7 @@ def driver_files(
             "p": d.prefix,
             "dims": {dim.name: dim.value for dim in d.dimensions},
             "hints": widening_hints(d),
+            "mark": _mark(d),
             "signature": lambda operation, d=d: signature(d, operation),
         }
         files[driver_file(d.prefix)] = local.get_template("eva.c.jinja").render(context)
@@ -68,6 +69,12 @@ def widening_hints(declaration: Declaration) -> list[int]:
     """Where a counter may stop: Eva tries these before it gives a bound up."""
     values = {v for dim in declaration.dimensions for v in (dim.value - 1, dim.value)}
     return sorted(values - {-1})
+
+
+def _mark(declaration: Declaration) -> str:
+    """A number in the state that no caller may read."""
+    member = next(f for f in declaration.state if not f.bound and f.type in ("", "int32_t"))
+    return f"{member.name}[0]" if member.size else member.name
 
 
 def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:

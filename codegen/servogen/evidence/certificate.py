@@ -34,7 +34,7 @@ class Entry:
     Attributes:
         state: ``PASSED``, ``FAILED``, ``NOT_RUN`` or ``NOT_APPLICABLE``.
         summary: what was found, or why there is nothing.
-        input_date: of the project's files when it ran; empty if it did not.
+        input_modified: ``Origin.modified`` when it ran; empty if it did not.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Entry:
     summary: str
     command: str
     tools: Mapping[str, str] = field(default_factory=dict)
-    input_date: str = ""
+    input_modified: str = ""
     faults: tuple[str, ...] = ()
     details: tuple[str, ...] = ()
     figures: Mapping[str, Any] = field(default_factory=dict)
@@ -57,7 +57,7 @@ class Entry:
             "summary": self.summary,
             "command": self.command,
             "tools": dict(self.tools),
-            "input_date": self.input_date or None,
+            "input_modified": self.input_modified or None,
             "precisions": list(self.precisions),
             "faults": list(self.faults),
             "details": list(self.details),
@@ -120,7 +120,7 @@ class Certificate:
             "precision": self.precision,
             "c_sha256": dict(self.digests),
             "input_sha256": self.origin.digest,
-            "input_date": self.origin.date,
+            "input_modified": self.origin.modified,
             "checks": [entry.to_json() for entry in self.entries],
         }
 
@@ -145,7 +145,7 @@ def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str], origin: Orig
         summary=str(found.get("summary", "")),
         command=wanted.command,
         tools={str(k): str(v) for k, v in dict(found.get("tools") or {}).items()},
-        input_date=str(found.get("input_date", "")),
+        input_modified=str(found.get("input_modified", "")),
         faults=tuple(str(fault) for fault in found.get("faults") or ()),
         details=tuple(str(line) for line in found.get("details") or ()),
         precisions=wanted.precisions,

@@ -76,10 +76,9 @@ def run(bench: Bench, progress: Progress) -> Finding:
             "compilations": tally.compiled,
             "calls": {name: p.calls for name, p in played.items()},
             "same bits": {name: list(p.same) for name, p in played.items()},
-            "not run": sorted(not_run),
         },
         faults=tuple(faults),
-        details=tuple(f"not run: {text}" for text in sorted(not_run)),
+        not_run=tuple(sorted(not_run)),
     )
 
 

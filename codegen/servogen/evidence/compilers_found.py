@@ -13,10 +13,6 @@ from tempfile import TemporaryDirectory
 
 from servogen.evidence.tools import ToolMissing, run_tool, version_of
 
-STRICT = (
-    *("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow"),
-    *("-Wmissing-prototypes", "-Wstrict-prototypes", "-Wundef", "-Wvla", "-pedantic", "-Werror"),
-)
 # Distributions differ in what they switch on by themselves; zig adds a sanitizer.
 _PLAIN = ("-ffp-contract=off", "-fno-stack-protector")
 _ZIG = (*_PLAIN, "-fno-sanitize=undefined")

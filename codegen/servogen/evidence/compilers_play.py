@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from servogen.emit.package import CPackage
 from servogen.evidence.compilers_found import Compiler
-from servogen.evidence.pil_compare import first_difference
-from servogen.evidence.tools import run_tool
+from servogen.evidence.same_bits import first_difference
+from servogen.evidence.tools import run_bytes, run_tool
 from servogen.sil.player import Play, encode, player_source
 
 
@@ -53,7 +52,7 @@ def answers(package: CPackage, build: Build, calls: bytes, folder: Path) -> byte
     linked = run_tool(command, folder)
     if linked.returncode != 0:
         raise NotLinked((linked.stderr.strip().splitlines() or ["no message"])[0])
-    done = subprocess.run(["./player"], cwd=folder, input=calls, capture_output=True, check=False)
+    done = run_bytes(["./player"], folder, calls)
     if done.returncode != 0:
         raise RuntimeError(f"the player ended with status {done.returncode}")
     return done.stdout

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from servogen.emit.package import CPackage, included
-from servogen.evidence.compilers_found import STRICT, Compiler
+from servogen.evidence.compilers_found import Compiler
+from servogen.evidence.flags import WARNINGS
 from servogen.evidence.tools import run_tool
 
+STRICT = ("-std=c99", *WARNINGS)
 LEVELS = ("-O0", "-O2", "-O3", "-Os")
 STANDARDS = ("c++98", "c++11", "c++14", "c++17", "c++20")
 _PLUS = ("-Wall", "-Wextra", "-pedantic", "-Werror")

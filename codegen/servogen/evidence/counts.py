@@ -1,4 +1,7 @@
-"""The check that a run never does more than was counted, and just that where nothing is decided."""
+"""The check that a run never does more than was counted, and just that where nothing is decided.
+
+With it goes what else the syntax tree tells of a run's time: what may be interrupted by what.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Any
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.counts_run import EntryRuns, Offence, Runs, count_runs, entry_names
 from servogen.evidence.finding import Finding
+from servogen.evidence.preemption import SAFE, examine_preemption
 from servogen.evidence.tools import version_of
 from servogen.progress import Progress
 from servogen.sil.player import Play
@@ -23,11 +27,14 @@ def run(bench: Bench, progress: Progress) -> Finding:
     """Every entry point of every controller, in both precisions."""
     faults: list[str] = []
     figures: dict[str, Any] = {}
+    preemption: dict[str, Any] = {}
     for subject in bench.subjects:
         with progress.task(f"Counting while it runs, {subject.precision.name}"):
             plays = played(subject)
             runs = count_runs(subject, plays)
-        faults += [f"{subject.precision.name}, {fault}" for fault in judge(subject, plays, runs)]
+        interrupted, preemption[subject.precision.name] = examine_preemption(subject)
+        told = [*judge(subject, plays, runs), *interrupted]
+        faults += [f"{subject.precision.name}, {fault}" for fault in told]
         figures[subject.precision.name] = _figures(subject, plays, runs)
     return Finding(
         check=CHECK,
@@ -35,9 +42,16 @@ def run(bench: Bench, progress: Progress) -> Finding:
         summary=_summary(figures),
         tools={"gcc": version_of(["gcc", "--version"])},
         subjects=bench.digests,
-        figures=figures,
+        figures={**figures, "preemption": preemption},
         faults=tuple(faults),
-        details=tuple(line for name, found in figures.items() for line in _lines(name, found)),
+        details=(
+            *(line for name, found in figures.items() for line in _lines(name, found)),
+            *(
+                f"shared by plan and fast_step, {member}: {why}"
+                for member, why in SAFE.items()
+                if any(preemption.values())
+            ),
+        ),
     )
 
 

@@ -8,7 +8,6 @@ Of a loop up to a named bound, the static count is taken for the turns that this
 from __future__ import annotations
 
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ import numpy as np
 
 from servogen.errors import CheckFailed
 from servogen.evidence.bench import Subject
-from servogen.evidence.tools import demand, find_tool
+from servogen.evidence.tools import demand, find_tool, run_bytes
 from servogen.sil.player import Play, encode, player_source
 from servogen.wcet.dynamic import COUNTING_FLAGS, counting_dir, write_counted_sources
 from servogen.wcet.instrument import prelude
@@ -108,14 +107,7 @@ def count_runs(subject: Subject, plays: Sequence[Play]) -> Runs:
 
 
 def _play(folder: Path, stream: bytes) -> None:
-    done = subprocess.run(
-        [str(folder / "player")],
-        input=stream,
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        check=False,
-    )
+    done = run_bytes([folder / "player"], folder, stream)
     if done.returncode != 0:
         raise CheckFailed(f"the counting player ended with status {done.returncode}")
 

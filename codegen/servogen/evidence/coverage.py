@@ -81,8 +81,8 @@ def cover(subject: Subject, plays: Sequence[Play], entries: Sequence[Entry]) -> 
         total, seen = files.get(place.file, (0, 0))
         files[place.file] = total + 1, seen + (place in reached)
     calls = sum(times for play in plays for _, times in play.counted())
-    kinds = {"", *(d.kind for d in subject.package.declarations)}
-    here = [entry for entry in entries if entry.only_with in kinds]
+    kinds = {d.kind for d in subject.package.declarations}
+    here = [entry for entry in entries if not entry.only_with or kinds & set(entry.only_with)]
     return Covered(calls, measured, files, compare(reached, unreached, here))
 
 

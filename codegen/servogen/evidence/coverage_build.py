@@ -12,10 +12,11 @@ from pathlib import Path
 from servogen.errors import CheckFailed
 from servogen.evidence.bench import Subject
 from servogen.evidence.coverage_decisions import ProbedUnit, Site, probe
+from servogen.evidence.flags import IEEE
 from servogen.evidence.tools import demand, find_tool, run_tool
 from servogen.sil.player import player_source
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-O0")
+FLAGS = (*IEEE, "-O0")
 PLAYER = ("-DSG_PLAYER_FILES",)
 GCC = "apt-get install gcc"
 

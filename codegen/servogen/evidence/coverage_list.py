@@ -43,12 +43,12 @@ class Placed:
 class Entry:
     """A branch of the list and why it is on it.
 
-    ``only_with``: kind of a controller; the entry holds in packages that have one. Empty: in all.
+    ``only_with``: kinds of controllers; the entry holds in packages that have one. Empty: in all.
     """
 
     branch: Branch
     reason: str
-    only_with: str = ""
+    only_with: tuple[str, ...] = ()
 
 
 def reviewed(path: Path = LIST) -> tuple[Entry, ...]:
@@ -82,7 +82,7 @@ def _read(path: Path, index: int, table: dict[str, object]) -> list[Entry]:
     if len(reason) < _MINIMUM_REASON:
         raise InputError(path, f"{key}.reason", reason, "an argument")
     ways = {"true": (True,), "false": (False,), "both": (False, True)}[str(way)]
-    condition, only_with = str(table["condition"]), str(table.get("only_with", ""))
+    condition, only_with = str(table["condition"]), tuple(_several(table.get("only_with", [])))
     return [
         Entry(Branch(Decision(where, function, condition, occurrence), w), reason, only_with)
         for where in _several(table["where"])

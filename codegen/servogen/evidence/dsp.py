@@ -20,6 +20,7 @@ from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.dsp_pragmas import Told, examine_pragmas
 from servogen.evidence.dsp_toolchain import toolchain
 from servogen.evidence.finding import Finding
+from servogen.evidence.flags import IEEE, OWN_DIVISION, WARNINGS
 from servogen.evidence.tools import demand, run_tool, version_of
 from servogen.progress import Progress
 
@@ -27,22 +28,11 @@ FLAGS = (
     "-march=c674x",
     "-O2",
     "-ffreestanding",
-    "-std=c99",
-    "-ffp-contract=off",
+    *IEEE,
     "-fno-reciprocal-math",
     # A fill or copy loop stays a loop; without it GCC may call memset and memcpy.
     "-fno-tree-loop-distribute-patterns",
 )
-WARNINGS = (
-    "-Wall",
-    "-Wextra",
-    "-Wconversion",
-    "-Wdouble-promotion",
-    "-Wshadow",
-    "-pedantic",
-    "-Werror",
-)
-OWN_DIVISION = "-DSG_OWN_DIVISION"
 # Division of float and double in TI's C6000 embedded application binary interface (SPRAB89).
 ABI_DIVISION = frozenset({"__c6xabi_divf", "__c6xabi_divd"})
 # Sections by what they hold; whatever else an object has is of no weight on the target.

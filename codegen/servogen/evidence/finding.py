@@ -30,6 +30,8 @@ class Finding:
         faults: one sentence for each thing that is wrong; not empty if ``passed`` is False.
         details: further lines for people.
         applies: False where the design has nothing that the check could be about.
+        not_run: parts of the check that were left out here, each ``its name: why``; the names stand
+            in the one line, wherever it is shown.
     """
 
     check: str
@@ -41,6 +43,17 @@ class Finding:
     faults: tuple[str, ...] = ()
     details: tuple[str, ...] = ()
     applies: bool = True
+    not_run: tuple[str, ...] = ()
+
+    @property
+    def line(self) -> str:
+        """The summary, with what was not run."""
+        names = "; ".join(dict.fromkeys(text.partition(":")[0] for text in self.not_run))
+        return f"{self.summary}; not run: {names}" if names else self.summary
+
+    @property
+    def all_details(self) -> tuple[str, ...]:
+        return (*self.details, *(f"not run: {text}" for text in self.not_run))
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -48,12 +61,13 @@ class Finding:
             "check": self.check,
             "passed": self.passed,
             "applies": self.applies,
-            "summary": self.summary,
+            "summary": self.line,
             "tools": dict(self.tools),
             "subjects": dict(self.subjects),
             "figures": dict(self.figures),
             "faults": list(self.faults),
-            "details": list(self.details),
+            "details": list(self.all_details),
+            "not_run": list(self.not_run),
         }
 
 
@@ -69,16 +83,17 @@ class Origin:
 
     Attributes:
         digest: sha-256 of the project's files, of its target and of the checks' own lists.
-        date: day of the newest of the project's files.
+        modified: day on which the newest of the project's files was modified, as its file system
+            says: a copy or a clone has the day of copying. The digest is what names the input.
     """
 
     digest: str
-    date: str
+    modified: str
 
 
 def keep(finding: Finding, out: Path, origin: Origin) -> None:
     """Write the finding, with the input it is about."""
-    data = {**finding.to_json(), "input_sha256": origin.digest, "input_date": origin.date}
+    data = {**finding.to_json(), "input_sha256": origin.digest, "input_modified": origin.modified}
     write_file(evidence_file(out, finding.check), json_text(data))
 
 

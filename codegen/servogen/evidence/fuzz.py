@@ -11,6 +11,7 @@ from pathlib import Path
 from servogen.controllers.design import Declaration
 from servogen.errors import InputError
 from servogen.evidence.bench import Bench
+from servogen.evidence.complaints import complaint
 from servogen.evidence.finding import Finding
 from servogen.evidence.fuzz_build import build_fuzzers
 from servogen.evidence.fuzz_corpus import corpus_dir, first_sequences, may_grow
@@ -24,7 +25,6 @@ SEED = 20260
 _EMPTY_TARGET = (
     "int LLVMFuzzerTestOneInput(const char *p, long n) { (void)p; (void)n; return 0; }\n"
 )
-_TROUBLE = re.compile(r"servogen fuzz: .*|.*runtime error: .*|.*ERROR: (?:Address|lib).*")
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,11 @@ def fuzz(program: Path, declaration: Declaration, share: int, new: Path) -> Fuzz
 
 def _fault(said: str, folder: Path) -> str:
     """The first complaint, and the bytes that lead to it."""
-    found = _TROUBLE.search(said)
-    what = found[0].strip() if found else "the target ended early"
+    what = complaint(said, folder)
     for file in sorted((*folder.glob("crash-*"), *folder.glob("timeout-*"), *folder.glob("oom-*"))):
         what += f"; sequence {file.read_bytes().hex()}"
         file.unlink()
-    return what.replace(f"{folder}/", "")
+    return what
 
 
 def seconds() -> int:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from servogen.controllers.design import Declaration
 from servogen.evidence.bench import Subject
+from servogen.evidence.flags import IEEE
 from servogen.evidence.fuzz_target import HARNESS, target_source
 from servogen.evidence.tools import demand
 from servogen.resources import resource_dir
 
-LANGUAGE = ("-std=c99", "-ffp-contract=off", "-g", "-O1", "-fno-omit-frame-pointer")
+LANGUAGE = (*IEEE, "-g", "-O1", "-fno-omit-frame-pointer")
 CHECKS = (
     "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
     "-fno-sanitize-recover=all",

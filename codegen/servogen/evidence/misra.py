@@ -44,7 +44,7 @@ def run(bench: Bench, progress: Progress) -> Finding:
         subjects=bench.digests,
         figures=figures,
         faults=tuple(faults),
-        details=tuple(f"not run: the {origin}'s cppcheck ({REMEDY})" for origin in sorted(missing)),
+        not_run=tuple(f"cppcheck of {origin}: {REMEDY}" for origin in sorted(missing)),
     )
 
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench, Subject
+from servogen.evidence.children import in_order
 from servogen.evidence.finding import Finding
 from servogen.evidence.pil_build import (
     CORES,
@@ -25,11 +25,11 @@ from servogen.evidence.pil_build import (
     build_target,
     tool_versions,
 )
-from servogen.evidence.pil_compare import first_difference
 from servogen.evidence.pil_counts import EXACT, EntryPoint, compare_all
 from servogen.evidence.pil_levels import PLAIN, Level, play_levels
 from servogen.evidence.pil_run import play_board
 from servogen.evidence.pil_stand import Stand, make_stand, within
+from servogen.evidence.same_bits import first_difference
 from servogen.precision import FLOAT64, Precision
 from servogen.progress import Progress
 
@@ -186,12 +186,9 @@ def _examine_all(
         for core in CORES
     ]
     outcomes = []
-    with (
-        progress.task("Running on emulated boards", total=len(jobs)) as task,
-        ThreadPoolExecutor(max_workers=2) as pool,
-    ):
-        for future in [pool.submit(examine, *job, plugin) for job in jobs]:
-            outcomes.append(future.result())
+    with progress.task("Running on emulated boards", total=len(jobs)) as task:
+        for outcome in in_order(lambda job: examine(*job, plugin), jobs, workers=2):
+            outcomes.append(outcome)
             task.advance()
     return outcomes
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servogen.emit.package import CPackage
+from servogen.evidence.flags import IEEE, WARNINGS
 from servogen.evidence.pil_map import AddressMap, address_map
 from servogen.evidence.tools import ToolMissing, demand, find_tool, run_tool, version_of
 from servogen.resources import resource_dir
@@ -17,8 +18,6 @@ from servogen.wcet.operations import CLASSES
 
 ARM, QEMU, SPECS = "arm-none-eabi-", "qemu-system-arm", "picolibc.specs"
 REMEDY = "apt-get install gcc-arm-none-eabi picolibc-arm-none-eabi qemu-system-arm"
-IEEE = ("-std=c99", "-ffp-contract=off")
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic")
 # A loop that fills or copies stays a loop: the instructions counted are then those of the emitted C
 # and not of picolibc's memset and memmove, which take four for each byte.
 LOOPS = "-fno-tree-loop-distribute-patterns"
@@ -124,7 +123,7 @@ def build_target(core: Core, folder: Path, sources: Sequence[str], level: str = 
     made.mkdir()
     for source in sources:
         objects.append(made / f"{Path(source).stem}.o")
-        command = [*common, *WARNINGS, "-Werror", "-c", source, "-o", objects[-1]]
+        command = [*common, *WARNINGS, "-c", source, "-o", objects[-1]]
         demand(command, f"{source} for the {core.title}", folder)
     target = made / "player.elf"
     demand(

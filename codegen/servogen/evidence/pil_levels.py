@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from servogen.evidence.pil_build import Core, build_target
-from servogen.evidence.pil_compare import first_difference
 from servogen.evidence.pil_map import ARITHMETIC, COLUMNS
 from servogen.evidence.pil_run import Rows, play_board
 from servogen.evidence.pil_stand import Stand
+from servogen.evidence.same_bits import first_difference
 from servogen.wcet.operations import CLASSES
 
 PLAIN = "-O0"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from servogen.evidence.bench import Bench
+from servogen.evidence.children import in_order
 from servogen.evidence.finding import Finding
 from servogen.evidence.prove_bounds import judge_bounds
 from servogen.evidence.prove_read import Proof
@@ -30,17 +30,17 @@ def run(bench: Bench, progress: Progress) -> Finding:
     with (
         tempfile.TemporaryDirectory(prefix="servogen-prove-") as scratch,
         progress.task("Proving", total=len(jobs)) as task,
-        ThreadPoolExecutor(max_workers=max(1, os.cpu_count() or 1)) as pool,
     ):
         for subject in bench.subjects:
             subject.write(Path(scratch, subject.precision.name))
 
         def one(job: Job) -> Proof:
-            proof = prove(job, Path(scratch, job.precision))
-            task.advance()
-            return proof
+            return prove(job, Path(scratch, job.precision))
 
-        proofs = list(pool.map(one, jobs))
+        proofs = []
+        for proof in in_order(one, jobs, workers=os.cpu_count() or 1):
+            proofs.append(proof)
+            task.advance()
         bounds = {
             subject.precision.name: judge_bounds(subject, Path(scratch, f"bounds{number}"))
             for number, subject in enumerate(bench.subjects)

@@ -88,17 +88,16 @@ def _sizes(declaration: Declaration) -> list[int]:
 
 
 def meddling(job: Job) -> list[str]:
-    """Places where a controller touches a member of a part otherwise than by copying from it.
-
-    The proof of the part knows the part's own calls only, so nobody else may write to its state;
-    which members may be read is the contract's matter, as it leaves all others unwritten.
-    """
+    """Places where a controller touches the state of a part otherwise than by copying from a member
+    that its contract gives: the proof of the part knows the part's own calls only."""
     file = f"{job.declaration.prefix}.c"
-    parts = [f.name for f in job.declaration.state if f.type in job.declaration.uses]
+    given = {d.prefix: [f.name for f in d.state if f.bound] for d in job.package.declarations}
+    parts = {f.name: given[f.type] for f in job.declaration.state if f.type in given}
     faults = []
     for number, line in enumerate(job.package.files[file].splitlines(), 1):
-        for part in parts:
-            read = re.sub(rf"\bsg_copy\(\w+, self->{part}\.\w+, ", "", line)
+        for part, members in parts.items():
+            known = "|".join(members) or "(?!)"
+            read = re.sub(rf"\bsg_copy\(\w+, self->{part}\.(?:{known}), ", "", line)
             if re.search(rf"->\s*{part}\s*(?!,|\))", read.replace(f"&self->{part}", "")):
                 faults.append(f"{file}:{number}: touches the state of {part}: {line.strip()}")
     return faults

@@ -1,25 +1,31 @@
-"""The emitted C under gcc's sanitizers: the suite, the closed loop and the kept corpus."""
+"""The emitted C under gcc's sanitizers: the suite, the closed loop and the kept corpus.
+
+The suite and the closed loop are played a second time with ``SG_OWN_DIVISION``, the division that
+C6000 builds have: the same bits as with the processor's, and nothing undefined in it either.
+"""
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from servogen.evidence.answers import answers, misjudged
 from servogen.evidence.bench import Bench, Subject
+from servogen.evidence.complaints import complaint
 from servogen.evidence.finding import Finding
+from servogen.evidence.flags import IEEE, OWN_DIVISION
 from servogen.evidence.fuzz_build import CHECKS, LANGUAGE, build_replay
 from servogen.evidence.fuzz_corpus import corpus_dir, kept_files
+from servogen.evidence.same_bits import first_difference
 from servogen.evidence.tools import demand, find_tool, run_tool, version_of
 from servogen.progress import Progress
 from servogen.sil.player import Play, encode, player_source
 
 STEPS = 100  # random steps per controller; the edges come on top
 PERIODS = 300  # of the closed loop
-PLAIN = ("-std=c99", "-ffp-contract=off", "-O2")
-_TROUBLE = re.compile(r"servogen fuzz: .*|.*runtime error: .*|.*ERROR: AddressSanitizer.*")
+PLAIN = (*IEEE, "-O2")
+DIVISION = "sg_division.h"  # in the packages that divide
 
 
 def run(bench: Bench, progress: Progress) -> Finding:
@@ -40,16 +46,14 @@ def run(bench: Bench, progress: Progress) -> Finding:
             with tempfile.TemporaryDirectory(prefix="servogen-sanitizers-") as folder:
                 found = play_sanitized(subject, plays, Path(folder, "player"))
                 replayed, wrong = replay(subject, Path(folder, "replay"), corpus_dir())
-            figures[name] = {"calls": calls, "sequences": replayed}
+            own = DIVISION in subject.package.files
+            figures[name] = {"calls": calls, "own_division": own, "sequences": replayed}
             faults += [f"{name}: {fault}" for fault in (*found, *wrong)]
             task.advance()
     return Finding(
         check="sanitizers",
         passed=not faults,
-        summary=", ".join(
-            f"{name}: {f['calls']} calls and {sum_of(f['sequences'])} kept sequences"
-            for name, f in figures.items()
-        ),
+        summary=", ".join(_summary(name, figure) for name, figure in figures.items()),
         tools={"gcc": version_of(["gcc", "--version"])},
         subjects=bench.digests,
         figures=figures,
@@ -57,8 +61,14 @@ def run(bench: Bench, progress: Progress) -> Finding:
     )
 
 
+def _summary(name: str, figure: dict[str, object]) -> str:
+    again = ", again with the own division" if figure["own_division"] else ""
+    return f"{name}: {figure['calls']} calls{again}, {sum_of(figure['sequences'])} kept sequences"
+
+
 def play_sanitized(subject: Subject, plays: Sequence[Play], folder: Path) -> list[str]:
-    """Faults of the calls under sanitizers, whose answers must be those without them."""
+    """Faults of the calls under sanitizers, whose answers must be those without them, and those
+    with the package's own division."""
     folder.mkdir(parents=True)
     declarations, sources = subject.package.declarations, subject.package.sources
     subject.write(folder)
@@ -66,18 +76,23 @@ def play_sanitized(subject: Subject, plays: Sequence[Play], folder: Path) -> lis
     stream = encode(declarations, plays)
     if not stream:
         return ["no call to play"]
-    told = []
-    for name, flags in (("sanitized", (*LANGUAGE, *CHECKS)), ("plain", PLAIN)):
+    (folder / "calls.bin").write_bytes(stream)
+    builds = {"sanitized": (*LANGUAGE, *CHECKS), "plain": PLAIN}
+    if DIVISION in subject.package.files:
+        builds["own division"] = (*LANGUAGE, *CHECKS, OWN_DIVISION)
+    right = b""
+    for name, flags in builds.items():
         command = ["gcc", *flags, "-DSG_PLAYER_FILES", "-o", name, "player.c", *sources]
-        demand(command, f"gcc of the {name} player", folder)
-        (folder / "calls.bin").write_bytes(stream)
+        demand(command, f"gcc of the player, {name}", folder)
         done = run_tool([folder / name], folder)
         if done.returncode != 0 or done.stderr:
-            return [f"suite: {trouble(done.stderr, folder)}"]
-        told.append((folder / "results.bin").read_bytes())
-    if told[0] != told[1]:
-        return ["suite: other answers with sanitizers than without"]
-    return [f"suite: {fault}" for fault in misjudged(answers(declarations, plays, told[0]))]
+            return [f"suite, {name}: {complaint(done.stderr, folder)}"]
+        told = (folder / "results.bin").read_bytes()
+        right = right or told
+        different = first_difference(declarations, plays, right, told)
+        if different is not None:
+            return [f"suite, {name}: {different}"]
+    return [f"suite: {fault}" for fault in misjudged(answers(declarations, plays, right))]
 
 
 def replay(
@@ -103,15 +118,8 @@ def replay(
         begun = done.stdout.splitlines()
         if done.returncode != 0 or len(begun) != len(files):
             culprit = Path(begun[-1]).name if begun else "none"
-            faults.append(f"{d.prefix}: sequence {culprit}: {trouble(done.stderr, folder)}")
+            faults.append(f"{d.prefix}: sequence {culprit}: {complaint(done.stderr, folder)}")
     return replayed, faults
-
-
-def trouble(said: str, folder: Path) -> str:
-    """The first line of a complaint that says what it is about, without paths of ours."""
-    found = _TROUBLE.search(said)
-    text = found[0] if found else (said.strip().splitlines() or ["it ended early"])[0]
-    return re.sub(r"==\d+==|0x[0-9a-f]+", "", text.replace(f"{folder}/", "")).strip()
 
 
 def sum_of(counts: object) -> int:

@@ -5,28 +5,19 @@ Each is made for one bench, the sound one, and then run on benches with a fault 
 
 from __future__ import annotations
 
-import subprocess
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from servogen.controllers.design import Declaration
 from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench, Subject
-from servogen.evidence.tools import demand, run_tool
-from servogen.sil.player import Play, decode, differing, encode, player_source, status_name
+from servogen.evidence.flags import IEEE, WARNINGS
+from servogen.evidence.same_bits import first_difference
+from servogen.evidence.tools import demand, run_bytes, run_tool
+from servogen.sil.player import Play, encode, player_source
 from servogen.wcet.package import count_package
 
-WARNINGS = (
-    "-Wall",
-    "-Wextra",
-    "-Wconversion",
-    "-Wdouble-promotion",
-    "-Wshadow",
-    "-pedantic",
-    "-Werror",
-)
 PATIENCE_S = 300  # a loop without an end is a fault too
 
 # What a check says against a bench; empty where it has nothing to say.
@@ -39,7 +30,7 @@ def warnings(bench: Bench) -> list[str]:
     for subject in bench.subjects:
         with tempfile.TemporaryDirectory() as folder:
             for source in subject.write(Path(folder)):
-                command = ["gcc", "-std=c99", "-O2", "-ffp-contract=off", *WARNINGS, "-c"]
+                command = ["gcc", *IEEE, "-O2", *WARNINGS, "-c"]
                 done = run_tool([*command, source, "-o", "/dev/null"], Path(folder))
                 if done.returncode != 0:
                     said = (x for x in done.stderr.splitlines() if "error" in x)
@@ -96,16 +87,8 @@ class Equivalence:
             (folder / "player.c").write_text(player_source(declarations), encoding="utf-8")
             objects = [self._object(folder, s) for s in (*sources, folder / "player.c")]
             demand(["gcc", *objects, "-o", folder / "player"], "linking the player")
-            try:
-                done = subprocess.run(
-                    [folder / "player"],
-                    input=encode(declarations, plays),
-                    capture_output=True,
-                    check=False,
-                    timeout=PATIENCE_S,
-                )
-            except subprocess.TimeoutExpired as error:
-                raise CheckFailed(f"no answer in {PATIENCE_S} s") from error
+            calls = encode(declarations, plays)
+            done = run_bytes([folder / "player"], folder, calls, PATIENCE_S)
         if done.returncode != 0:
             raise CheckFailed(f"the player ends with status {done.returncode}")
         return done.stdout
@@ -113,7 +96,7 @@ class Equivalence:
     def _object(self, folder: Path, source: Path) -> Path:
         """The object of a source; made once for the same text after the preprocessor."""
         out = source.with_suffix(".o")
-        flags = ["-std=c99", "-ffp-contract=off", self.level]
+        flags = [*IEEE, self.level]
         text = demand(["gcc", "-E", "-P", *flags, source], f"reading {source.name}")
         key = (source.name, text)
         if key not in self._objects:
@@ -121,28 +104,6 @@ class Equivalence:
             self._objects[key] = out.read_bytes()
         out.write_bytes(self._objects[key])
         return out
-
-
-def first_difference(
-    declarations: Sequence[Declaration], plays: Sequence[Play], sound: bytes, told: bytes
-) -> str | None:
-    """The first call that two streams of answers differ in, as a sentence."""
-    if sound == told:
-        return None
-    try:
-        pairs = zip(
-            decode(declarations, plays, sound), decode(declarations, plays, told), strict=True
-        )
-        for right, wrong in pairs:
-            item = differing(right, wrong)
-            if item == "status":
-                said = f"{status_name(wrong.status)} for {status_name(right.status)}"
-                return f"{right.play}, call {right.index} ({right.operation}): {said}"
-            if item is not None:
-                return f"{right.play}, call {right.index} ({right.operation}): another {item}"
-    except ValueError as error:
-        return str(error)
-    return None
 
 
 @dataclass

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from servogen.errors import CheckFailed, InputError
+from servogen.evidence.children import run_child
 
 # Ten times what the slowest of them takes: an emulator that waits for ever is not waited for.
 PATIENCE_S = 3600.0
@@ -50,33 +51,41 @@ def version_of(command: Sequence[str | Path]) -> str:
 def run_tool(
     command: Sequence[str | Path], folder: Path | None = None, given: bytes | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run to the end, output kept as text, no exception for a non-zero status.
-
-    ``LC_ALL=C``, so that messages are the same everywhere; ``PWD``, because some tools
-    believe it.
+    """``run_bytes`` with the output as text.
 
     Raises:
         CheckFailed: it has not ended after ``PATIENCE_S``; it is killed.
     """
-    try:
-        done = subprocess.run(
-            [str(part) for part in command],
-            cwd=folder,
-            input=given,
-            capture_output=True,
-            check=False,
-            env=os.environ | {"LC_ALL": "C", "PWD": str((folder or Path.cwd()).resolve())},
-            timeout=PATIENCE_S,
-        )
-    except subprocess.TimeoutExpired as late:
-        name = Path(str(command[0])).name
-        raise CheckFailed(f"{name} has not ended after {PATIENCE_S / 60:.0f} minutes") from late
+    done = run_bytes(command, folder, given)
     return subprocess.CompletedProcess(
         done.args,
         done.returncode,
         done.stdout.decode("utf-8", "replace"),
         done.stderr.decode("utf-8", "replace"),
     )
+
+
+def run_bytes(
+    command: Sequence[str | Path],
+    folder: Path | None = None,
+    given: bytes | None = None,
+    patience_s: float = PATIENCE_S,
+) -> subprocess.CompletedProcess[bytes]:
+    """Run to the end, output kept, no exception for a non-zero status.
+
+    ``LC_ALL=C``, so that messages are the same everywhere; ``PWD``, because some tools
+    believe it.
+
+    Raises:
+        CheckFailed: it has not ended after ``patience_s``; it is killed.
+    """
+    parts = [str(part) for part in command]
+    try:
+        own = {"LC_ALL": "C", "PWD": str((folder or Path.cwd()).resolve())}
+        return run_child(parts, folder, given, os.environ | own, patience_s)
+    except subprocess.TimeoutExpired as late:
+        waited = f"{patience_s / 60:.0f} minutes" if patience_s >= 60 else f"{patience_s:g} s"
+        raise CheckFailed(f"{Path(parts[0]).name} has not ended after {waited}") from late
 
 
 def demand(command: Sequence[str | Path], what: str, folder: Path | None = None) -> str:

@@ -1,0 +1,1 @@
+"""Explicit solutions: critical regions, search trees, clip forms."""

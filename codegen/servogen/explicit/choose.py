@@ -20,6 +20,9 @@ Lookup = TreeLookup | RecursiveClips
 # A greedy tree that costs this much more than the best form may still win when grown with care:
 # that took a level off trees of seven to eleven here, a tenth of the work at most.
 CLOSE = 1.1
+# A law tree with more regions than this is not grown beside a clip tree, which has a third of them:
+# in every program tried its depth was greater, and growing takes minutes.
+MANY_REGIONS = 100
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ class Choice:
 def choose(
     problem: ParametricQP,
     max_regions: int,
-    work: int = 4_000,
+    work: int = 2_000,
     progress: Progress | None = None,
 ) -> Choice:
     """Builds every form that the program admits and that may win, and takes the cheapest.
@@ -104,6 +107,10 @@ def _trees(
         if name == "law tree" and not any(form.count for form in so_far):
             raise
         return [Form(name, None, None, str(error))]
+    others = [form for form in so_far if form.solution is not None]
+    if others and len(solution.regions) > MANY_REGIONS:
+        note = f"{len(solution.regions)} regions, against {_regions(others[0])}"
+        return [Form(name, None, None, f"not grown: {note} of the clip tree")]
     mirrors = [-1, *range(solution.image.size)] if is_odd(solution) else [-1]
     found: list[Form] = []
     least = min([form.count.work for form in so_far if form.count] or [10**9])
@@ -118,6 +125,10 @@ def _trees(
         count = found[-1].count
         least = min(least, count.work if count else least)
     return found
+
+
+def _regions(form: Form) -> int:
+    return len(form.solution.regions) if form.solution else 0
 
 
 def _grown(

@@ -56,7 +56,7 @@ class RecursiveClips:
 
     With eta = matrix theta + offset, the unconstrained optimum in shares of the bounds, and
     delta = 0 to begin with, for each step s: i = index[s]; x = clip(eta[i] + coefficients[s] .
-    delta, -1, 1); delta[i] = x - eta[i]. Step ``moves[j]`` leaves first move j; u = half x + middle.
+    delta, -1, 1); delta[i] = x - eta[i]. Step ``moves[j]`` leaves first move j = half x + middle.
 
     Attributes:
         matrix: (n, p); offset: (n,).

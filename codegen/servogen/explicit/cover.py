@@ -94,29 +94,48 @@ def bounds_feasible_set(program: Canonical, normal: FloatArray, height: float) -
     return greatest(np.vstack([rows, wide]), bounds, objective) <= height + FLAT
 
 
-def across(
-    program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region | None]
-) -> Region | str | None:
-    """The region behind a generic point of a piece; None for the end of the feasible set.
+def _shared(piece: Facet, region: Region) -> float:
+    """Radius of what a piece and a region behind it have in common on the piece's hyperplane."""
+    if not piece.basis.shape[1]:
+        return 1.0
+    along, bounds = region.h @ piece.basis, region.k - region.h @ piece.foot
+    lengths = np.linalg.norm(along, axis=1)
+    across = lengths > SAME_PLANE
+    rows = np.vstack([piece.rows, along[across] / lengths[across, None]])
+    limits = np.concatenate([piece.bounds, bounds[across] / lengths[across]])
+    return inner_ball(rows, limits).radius if limits.size else 1.0
 
-    A text says why neither was found: unresolved.
-    """
+
+@dataclass(frozen=True)
+class Behind:
+    """What lies behind a piece of a facet: a region that shares a full-dimensional part of it, the
+    end of the feasible set, or, where neither was found, ``note``: which active sets were met."""
+
+    region: Region | None
+    is_end: bool
+    note: str
+
+
+def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region | None]) -> Behind:
+    """What lies behind a generic point of a piece that is not flat."""
     found = generic_point(piece)
     assert found is not None
     point, radius = found
-    flat: ActiveSet = ()
+    met: list[ActiveSet] = []
     for step in STEPS_ACROSS:
         beyond = point + min(step, radius) * piece.normal
         optimum = project(program.g, program.w + program.e @ beyond, QP_VIOLATION)
         if optimum is None:
             height = float(piece.normal @ piece.foot)
             if bounds_feasible_set(program, piece.normal, height):
-                return None
+                return Behind(None, True, "")
             continue
+        met.append(optimum.active)
         region = build(optimum.active)
         if region is None:
-            flat = optimum.active
             continue
-        if not region.k.size or np.max(region.h @ point - region.k) <= TOUCHES + step * 1e-2:
-            return region
-    return f"behind a facet at {np.array2string(point, precision=6)}: active set {flat}"
+        excess = np.max(region.h @ point - region.k) if region.k.size else -1.0
+        if excess <= TOUCHES and _shared(piece, region) > FLAT:
+            return Behind(region, False, "")
+    where = np.array2string(point, precision=6)
+    return Behind(None, False, f"behind a facet at {where}, radius {radius:.1e}: active sets {met}")

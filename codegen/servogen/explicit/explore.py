@@ -37,7 +37,7 @@ from servogen.explicit.regions import (
 )
 from servogen.explicit.small_lp import Ball, inner_ball, inner_balls
 from servogen.explicit.solution import ExplicitSolution, Findings, first_move_law, group_laws
-from servogen.explicit.tolerances import FLAT, QP_VIOLATION
+from servogen.explicit.tolerances import FLAT, QP_VIOLATION, SLIVER
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.progress import Progress, Silent, Task
 from servogen.qp.active_set import project
@@ -120,9 +120,8 @@ def _balls(program: Canonical, made: list[Candidate]) -> list[Ball]:
     k = np.ones((len(made), most))  # rows 0 eta <= 1 fill up
     for i, each in enumerate(made):
         h[i, : each.k.size], k[i, : each.k.size] = each.h, each.k
-    domain = np.broadcast_to(program.domain_rows, (len(made), *program.domain_rows.shape))
     limits = np.broadcast_to(program.domain_bounds, (len(made), program.domain_bounds.size))
-    return inner_balls(np.concatenate([h, domain], axis=1), np.concatenate([k, limits], axis=1))
+    return inner_balls(h, np.concatenate([k, limits], axis=1), shared=program.domain_rows)
 
 
 def _region(
@@ -158,6 +157,7 @@ class _Search:
     nothing: set[ActiveSet] = field(default_factory=set)
     flat: set[ActiveSet] = field(default_factory=set)
     unresolved: list[str] = field(default_factory=list)
+    slivers: int = 0
     counts: dict[str, int] = field(default_factory=lambda: {"end": 0, "shared": 0, "stepped": 0})
 
     def run(self) -> None:
@@ -174,7 +174,7 @@ class _Search:
         flat = tuple(sorted(tuple(int(self.program.numbers[i]) for i in a) for a in self.flat))
         return Findings(
             False, self.counts["end"], self.counts["shared"], self.counts["stepped"], flat, weak,
-            tuple(self.unresolved),
+            tuple(self.unresolved), self.slivers,
         )  # fmt: skip
 
     def _build(self, active: ActiveSet) -> Region | None:
@@ -228,13 +228,16 @@ class _Search:
         pieces = [facet_of(region, self.program, row)]
         while pieces:
             piece = pieces.pop()
-            if generic_point(piece) is None:
+            place = generic_point(piece)
+            if place is None:
                 continue
             behind = across(self.program, piece, self._build)
-            if isinstance(behind, str):
-                self.unresolved.append(behind)
-            elif behind is not None and piece.basis.shape[1]:
-                pieces.extend(subtract(piece, behind))
+            if behind.region is not None and piece.basis.shape[1]:
+                pieces.extend(subtract(piece, behind.region))
+            elif behind.note and place[1] <= SLIVER:
+                self.slivers += 1
+            elif behind.note:
+                self.unresolved.append(behind.note)
 
     def _start(self) -> None:
         centre, radius = self._middle()

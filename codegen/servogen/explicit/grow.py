@@ -1,10 +1,10 @@
 """The smallest search tree that a given amount of work finds: least depth first, then nodes.
 
-A node's candidates are ordered by the laws that a hyperplane leaves on its worse side, then on both,
-then by the regions it cuts. The first candidate alone gives the greedy tree. Then the best trees
-over the first 2, 3, 5, ... candidates of every node are searched by branch and bound, least depth
-first, as long as the work lasts. Work is counted in nodes opened, not in time: the same input gives
-the same tree on every machine.
+A node's candidates are ordered by the laws that a hyperplane leaves on its worse side, then on
+both, then by the regions it cuts. The first candidate alone gives the greedy tree. Then the best
+trees over the first 2, 3, 5, ... candidates of every node are searched by branch and bound, least
+depth first, as long as the work lasts. Work is counted in nodes opened, not in time: the same
+input gives the same tree on every machine.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ def _laid_out(
 
 
 def is_odd(solution: ExplicitSolution) -> bool:
-    """Whether the optimum of -eta is minus that of eta: rows in opposite pairs, nothing constant."""
+    """Whether the optimum of -eta is minus that of eta: rows in opposite pairs, no constants."""
     program = solution.program
     rows = np.column_stack([program.g, program.e])
     domain = program.domain_rows

@@ -7,8 +7,8 @@ Order of the arithmetic, the same here and in C (no contraction of products and 
    n_0 eta_0 + n_1 eta_1 + ... in that order, to the second child if it is greater than the offset;
    at the leaf u_j = (k_j0 eta_0 + ...) + c_j, negated if eta was, then clipped: first raised to the
    lower bound, then lowered to the upper one;
-3. recursive clips: at each step c_0 delta_0 + c_1 delta_1 + ... over all n in that order, eta_i plus
-   that, clipped to [-1, 1], delta_i = x - eta_i; in the end u_j = half_j x + middle_j.
+3. recursive clips: at each step c_0 delta_0 + c_1 delta_1 + ... over all n in that order, eta_i
+   plus that, clipped to [-1, 1], delta_i = x - eta_i; in the end u_j = half_j x + middle_j.
 
 A NaN never passes a clip in C as here: the caller checks that its parameters are finite.
 """

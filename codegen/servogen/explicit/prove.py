@@ -1,9 +1,9 @@
-"""The proof of a search tree: whatever region reaches a leaf has that leaf's law, by linear programs.
+"""The proof of a search tree: every region that reaches a leaf has that leaf's law.
 
 From the root down, a region is carried into a child unless a linear program shows that it has no
 more than a flat set there. What arrives at a leaf must have its law. Tables that were rounded are
 proved with the rounding of the numbers and of the arithmetic allowed for: every test is widened by
-a stated bound, and a region with another law that then arrives must give nearly the same move there.
+a stated bound, and a region with another law that then arrives must give nearly the same move.
 Nothing of the way the tree was grown is used.
 """
 
@@ -31,8 +31,9 @@ class TreeProof:
     Attributes:
         leaves: leaves looked at; arrivals: pairs of a leaf and a region that reaches it.
         programs: linear programs solved.
-        wrong: the same pairs where the laws differ: none, or the tree is wrong (exact tables), or
-            as far off as ``worst_difference`` says (rounded tables).
+        wrong: law of the leaf and region, where the laws differ: none, or the tree is wrong (exact
+            tables), or as far off as ``worst_difference`` says (rounded tables, where every pair
+            counts if the laws are rounded too).
         worst_difference: the greatest difference of a first move, in its units, over those pairs;
             0 if there are none, inf if it was not bounded.
         unreached: leaves that no region reaches.
@@ -102,7 +103,8 @@ class _Walk:
             rows, bounds = np.vstack([rows, within[0]]), np.concatenate([bounds, within[1]])
         if tree.mirror >= 0:
             rows = np.vstack([rows, -np.eye(solution.image.size)[tree.mirror]])
-            bounds = np.append(bounds, 0.0)
+            # a coordinate just below zero may have been computed as zero
+            bounds = np.append(bounds, np.max(self.slack, initial=0.0))
         self.rows, self.bounds = rows, bounds
         self.programs = 0
         self.arrived: set[tuple[int, int]] = set()
@@ -140,7 +142,7 @@ class _Walk:
         return h, k
 
     def _remaining(self, alive: list[int], rows: FloatArray, bounds: FloatArray) -> list[int]:
-        """Regions that a linear program does not show to be flat (exact) or empty (widened) here."""
+        """Regions that no linear program shows to be flat (exact) or empty (widened) here."""
         if not alive:
             return []
         h, k = self._stack(alive, rows, bounds)
@@ -161,20 +163,16 @@ class _Walk:
                 self.wrong.append((law, i))
                 self.worst = float("inf")
             return
-        asked = alive if self.gains is not self.solution.laws.gains else other
-        if not asked:
-            return
-        h, k = self._stack(asked, rows, bounds)
-        for index, i in enumerate(asked):
-            worst = max(self._difference(law, i, h[index], k[index]))
-            if i in other:
-                self.wrong.append((law, i))
-            self.worst = max(self.worst, worst)
-        if not self.wrong and self.worst > 0.0:
-            self.wrong.append((law, asked[0]))
+        # leaves whose laws were rounded are off where they are right, too
+        asked = other if self.gains is self.solution.laws.gains else alive
+        self.wrong += [(law, i) for i in asked]
+        if asked:
+            h, k = self._stack(asked, rows, bounds)
+            for index, i in enumerate(asked):
+                self.worst = max(self.worst, *self._difference(law, i, h[index], k[index]))
 
     def _difference(self, law: int, region: int, h: FloatArray, k: FloatArray) -> list[float]:
-        """Greatest difference of each first move between a leaf's law and a region's, over a set."""
+        """Greatest difference of each first move by a leaf's law and by a region's, over a set."""
         own = int(self.solution.law_of[region])
         true_gain, true_offset = self.solution.laws.gains[own], self.solution.laws.offsets[own]
         gain, offset = self.gains[law].astype(np.float64), self.offsets[law].astype(np.float64)
@@ -185,9 +183,7 @@ class _Walk:
         objectives = np.vstack([apart, -apart])
         self.programs += len(objectives)
         tops = greatest_many(h, np.tile(k, (len(objectives), 1)), objectives)
-        return [float(v) for v in tops + np.concatenate([constant, -constant]) if v > -np.inf] + [
-            0.0
-        ]
+        return [float(v) for v in tops + np.concatenate([constant, -constant])]
 
 
 def _clipped_difference(

@@ -142,21 +142,22 @@ def facets(
     domain_h, domain_k = program.domain_rows, program.domain_bounds
     most = max((len(mine) for mine in leaders), default=0)
     is_facet = np.zeros((len(made), most), dtype=bool)
-    h = np.zeros((len(made), most + domain_k.size, program.image.size))
+    h = np.zeros((len(made), most, program.image.size))
     k = np.ones((len(made), most + domain_k.size))  # rows 0 eta <= 1 fill up
-    h[:, most:], k[:, most:] = domain_h, domain_k
+    k[:, most:] = domain_k
     pending: list[tuple[int, int]] = []
     for i, (each, rows, centre) in enumerate(zip(made, leaders, centres, strict=True)):
         count = len(rows)
         h[i, :count], k[i, :count] = each.h[rows], each.k[rows]
-        is_facet[i, :count] = _met_first(h[i], k[i], each.h[rows], centre)[:count]
+        all_rows = np.vstack([h[i], domain_h])
+        is_facet[i, :count] = _met_first(all_rows, k[i], each.h[rows], centre)[:count]
         pending += [(i, j) for j in range(count) if not is_facet[i, j]]
     for start in range(0, len(pending), _CHUNK):
         chunk = np.array(pending[start : start + _CHUNK])
         at, row = chunk[:, 0], chunk[:, 1]
         loosened = k[at]
         loosened[np.arange(at.size), row] += 1.0
-        tops = greatest_many(h[at], loosened, h[at, row])
+        tops = greatest_many(h[at], loosened, h[at, row], domain_h if domain_k.size else None)
         is_facet[at, row] = tops > k[at, row] + REDUNDANT
     return [
         [group for group, facet in zip(mine, is_facet[i], strict=False) if facet]

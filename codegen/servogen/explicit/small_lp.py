@@ -46,22 +46,29 @@ def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
     return float(greatest_many(h, k[None], objective[None])[0])
 
 
-def greatest_many(h: FloatArray, k: FloatArray, objectives: FloatArray) -> FloatArray:
-    """The same for a batch: k (batch, rows), objectives (batch, n), h as k or one for all."""
+def greatest_many(
+    h: FloatArray, k: FloatArray, objectives: FloatArray, shared: FloatArray | None = None
+) -> FloatArray:
+    """The same for a batch: k (batch, rows), objectives (batch, n), h as k or one for all.
+
+    ``shared`` (more, n) are further rows that all programs have; their bounds are last in k.
+    """
     values = np.empty(k.shape[0])
     for start in range(0, k.shape[0], _BATCH):
         chunk = slice(start, start + _BATCH)
         own = h if h.ndim == 2 else h[chunk]
-        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk])
+        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk], shared)
     return values
 
 
-def _greatest_chunk(h: FloatArray, k: FloatArray, objectives: FloatArray) -> FloatArray:
+def _greatest_chunk(
+    h: FloatArray, k: FloatArray, objectives: FloatArray, shared: FloatArray | None
+) -> FloatArray:
     values = np.full(k.shape[0], np.nan)
     todo = np.arange(k.shape[0])
     for wall in _WALLS:
         own = h if h.ndim == 2 else h[todo]
-        found = _simplex(own, k[todo], objectives[todo], wall)
+        found = _simplex(own, shared, k[todo], objectives[todo], wall)
         good = found.settled & ~found.walled
         values[todo[good]] = np.sum(found.points * objectives[todo], axis=1)[good]
         todo = todo[~good]
@@ -69,7 +76,9 @@ def _greatest_chunk(h: FloatArray, k: FloatArray, objectives: FloatArray) -> Flo
             return values
     for i in todo:
         try:
-            values[i] = maximise(h if h.ndim == 2 else h[i], k[i], objectives[i]).value
+            rows = h if h.ndim == 2 else h[i]
+            rows = rows if shared is None else np.vstack([rows, shared])
+            values[i] = maximise(rows, k[i], objectives[i]).value
         except SetError:
             values[i] = -np.inf
     return values
@@ -84,26 +93,32 @@ def inner_ball(h: FloatArray, k: FloatArray, cap: float = 1.0) -> Ball:
     return inner_balls(h[None], k[None], cap)[0]
 
 
-def inner_balls(h: FloatArray, k: FloatArray, cap: float = 1.0) -> list[Ball]:
-    """The same for a batch of sets: h (batch, rows, n), k (batch, rows)."""
+def inner_balls(
+    h: FloatArray, k: FloatArray, cap: float = 1.0, shared: FloatArray | None = None
+) -> list[Ball]:
+    """The same for a batch of sets: h (batch, rows, n), k (batch, rows), ``shared`` as above."""
     balls: list[Ball] = []
     for start in range(0, k.shape[0], _BATCH):
         chunk = slice(start, start + _BATCH)
-        balls += _ball_chunk(h[chunk], k[chunk], cap)
+        balls += _ball_chunk(h[chunk], k[chunk], cap, shared)
     return balls
 
 
-def _ball_chunk(h: FloatArray, k: FloatArray, cap: float) -> list[Ball]:
+def _ball_chunk(h: FloatArray, k: FloatArray, cap: float, shared: FloatArray | None) -> list[Ball]:
     batch, count, n = h.shape
     rows = np.zeros((batch, count + 1, n + 1))
-    rows[:, :-1, :n], rows[:, -1, n] = h, 1.0
-    rows[:, :-1, n] = np.sqrt(np.sum(h * h, axis=2))
-    bounds = np.column_stack([k, np.full(batch, cap)])
+    rows[:, 1:, :n], rows[:, 0, n] = h, 1.0  # the cap first: the shared rows' bounds are last
+    rows[:, 1:, n] = np.sqrt(np.sum(h * h, axis=2))
+    bounds = np.column_stack([np.full(batch, cap), k])
+    wide = None
+    if shared is not None:
+        wide = np.column_stack([shared, np.sqrt(np.sum(shared * shared, axis=1))])
     objective = np.append(np.zeros(n), 1.0)
     result: list[Ball | None] = [None] * batch
     todo = np.arange(batch)
     for wall in _WALLS:
-        found = _simplex(rows[todo], bounds[todo], np.tile(objective, (todo.size, 1)), wall)
+        wanted = np.tile(objective, (todo.size, 1))
+        found = _simplex(rows[todo], wide, bounds[todo], wanted, wall)
         # a ball of good size is inside the set; a small one may be the walls' doing
         good = found.settled & (~found.walled | (found.points[:, n] > 1e-3 * cap))
         for i in np.flatnonzero(good):
@@ -112,7 +127,8 @@ def _ball_chunk(h: FloatArray, k: FloatArray, cap: float) -> list[Ball]:
         if not todo.size:
             break
     for i in todo:
-        best = maximise(rows[i], bounds[i], objective)
+        all_rows = rows[i] if wide is None else np.vstack([rows[i], wide])
+        best = maximise(all_rows, bounds[i], objective)
         assert best.point is not None  # the cap bounds it, a negative radius is always feasible
         result[i] = Ball(best.point[:n], best.value)
     return [ball for ball in result if ball is not None]
@@ -127,8 +143,12 @@ class _Vertices:
     walled: BoolArray
 
 
-def _simplex(h: FloatArray, k: FloatArray, objectives: FloatArray, wall: float) -> _Vertices:
+def _simplex(
+    h: FloatArray, shared: FloatArray | None, k: FloatArray, objectives: FloatArray, wall: float
+) -> _Vertices:
     """Dual simplex from the walls' corners. h: (rows, n) for all, or (batch, rows, n)."""
+    if h.ndim == 2:
+        h, shared = np.zeros((k.shape[0], 0, h.shape[1])), h
     batch, n = objectives.shape
     signs = np.where(objectives >= 0.0, 1.0, -1.0)
     basis = np.tile(np.arange(-n, 0), (batch, 1))  # negative: a wall
@@ -139,15 +159,13 @@ def _simplex(h: FloatArray, k: FloatArray, objectives: FloatArray, wall: float) 
     final = basis.copy()
     for _ in range(_MAX_PIVOTS):
         points = (inverse @ held[:, :, None])[:, :, 0]
-        own = h if h.ndim == 2 else h[live]
-        excess = (own @ points[:, :, None])[:, :, 0] - k[live]
+        excess = _heights(h[live], shared, points) - k[live]
         worst = np.argmax(excess, axis=1) if k.shape[1] else np.zeros(live.size, dtype=np.int64)
         at = np.arange(live.size)
         ends = excess[at, worst] <= 0.1 * LP_RESIDUAL if k.shape[1] else at >= 0
-        rows = own[worst] if own.ndim == 2 and k.shape[1] else None
-        if rows is None and k.shape[1]:
-            rows = own[at, worst]
-        share = np.zeros((live.size, n)) if rows is None else (rows[:, None, :] @ inverse)[:, 0]
+        share = np.zeros((live.size, n))
+        if k.shape[1]:
+            share = (_rows(h, shared, live, worst)[:, None, :] @ inverse)[:, 0]
         # the entering row's multiplier rises, those of the basic rows must stay >= 0
         with np.errstate(divide="ignore", invalid="ignore"):
             ratios = np.where(share > 1e-11, duals / share, np.inf)
@@ -172,12 +190,33 @@ def _simplex(h: FloatArray, k: FloatArray, objectives: FloatArray, wall: float) 
         inverse = inverse - pivot[:, :, None] * share[:, None, :]
         inverse[at, :, out] = pivot
         basis[at, out], held[at, out] = worst, k[live, worst]
-    return _verified(h, k, objectives, signs, final, optimal, wall)
+    return _verified(h, shared, k, objectives, signs, final, optimal, wall)
+
+
+def _heights(h: FloatArray, shared: FloatArray | None, points: FloatArray) -> FloatArray:
+    """(batch, rows) of each program's own rows, then of the shared ones."""
+    own: FloatArray = (h @ points[:, :, None])[:, :, 0]
+    return own if shared is None else np.concatenate([own, points @ shared.T], axis=1)
+
+
+def _rows(
+    h: FloatArray, shared: FloatArray | None, programs: IntArray, places: IntArray
+) -> FloatArray:
+    """Row ``places[i]`` of program ``programs[i]``: (..., n)."""
+    count = h.shape[1]
+    if shared is None:
+        return np.asarray(h[programs, places])
+    if not count:
+        return np.asarray(shared[places])
+    own = h[programs, np.minimum(places, count - 1)]
+    common = shared[np.maximum(places - count, 0)]
+    picked: FloatArray = np.where((places < count)[..., None], own, common)
+    return picked
 
 
 def _verified(
-    h: FloatArray, k: FloatArray, objectives: FloatArray, signs: FloatArray, basis: IntArray,
-    optimal: BoolArray, wall: float,
+    h: FloatArray, shared: FloatArray | None, k: FloatArray, objectives: FloatArray,
+    signs: FloatArray, basis: IntArray, optimal: BoolArray, wall: float,
 ) -> _Vertices:  # fmt: skip
     """Vertices solved afresh from their bases; settled where they pass the test of optimality."""
     batch, n = objectives.shape
@@ -185,7 +224,7 @@ def _verified(
     at_wall = basis < 0
     safe = np.where(at_wall, 0, basis)
     if k.shape[1]:
-        rows = (h[safe] if h.ndim == 2 else h[at, safe]).copy()
+        rows = _rows(h, shared, np.broadcast_to(at, safe.shape), safe).copy()
         held = np.where(at_wall, wall, k[at, safe])
     else:
         rows, held = np.zeros((batch, n, n)), np.full((batch, n), wall)
@@ -200,7 +239,7 @@ def _verified(
     # far out, the rows lose the digits that the point's size takes
     slack = LP_RESIDUAL * (1.0 + 1e-3 * np.max(np.abs(points), axis=1))
     if k.shape[1]:
-        excess = (h @ points[:, :, None])[:, :, 0] - k
+        excess = _heights(h, shared, points) - k
         settled &= np.max(excess, axis=1) <= slack
     walled = np.any(at_wall & (duals > 1e-12 * size[:, None]), axis=1)
     return _Vertices(points, settled, walled)

@@ -42,6 +42,7 @@ class Findings:
         flat_sets: active sets, optimal somewhere, whose region is lower-dimensional.
         weakly_active: regions with constraints that hold with equality without being needed.
         unresolved: facet pieces beyond which nothing was found: empty unless numbers gave out.
+        slivers: the same of pieces narrower than a step across can tell (``SLIVER``).
     """
 
     closed_form: bool
@@ -51,6 +52,7 @@ class Findings:
     flat_sets: tuple[tuple[int, ...], ...] = ()
     weakly_active: int = 0
     unresolved: tuple[str, ...] = ()
+    slivers: int = 0
 
 
 @dataclass(frozen=True)

@@ -34,15 +34,18 @@ SAME_LAW = 1e-9
 LP_RESIDUAL = 1e-10
 # A constraint of the quadratic program counts as violated beyond this; unit rows, one is a bound.
 QP_VIOLATION = 1e-11
-# Steps across a facet that the adjacency of active sets does not settle: the first is well above
-# FLAT, the last still ten times above what the quadratic program resolves.
-STEPS_ACROSS = (1e-5, 1e-6, 1e-7)
+# Steps across a facet that the adjacency of active sets does not settle. Behind it may lie the tip
+# of a wedge, so they go down to a hundred times what the quadratic program resolves.
+STEPS_ACROSS = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+# Pieces of a facet narrower than this may be left over between what the regions behind it cover.
+# Those are known to a few FLAT; where planes meet at a hundredth, that is this wide.
+SLIVER = 1e-6
 # A found neighbour must contain the point of the facet that was stepped across, within a step.
 TOUCHES = 1e-7
 # Sine of an angle, seen from the generators of a cone, below which a hyperplane only touches it.
 # Generators carry about 1e-13; the proof of a tree by linear programs does not rely on this.
 TOUCHES_CONE = 1e-10
-# How far outside the feasible set, in shares of a bound, a parameter still counts as inside when it is
-# looked up: a plant that stands on its limit is feasible whichever way the last digit of its
+# How far outside the feasible set, in shares of a bound, a parameter still counts as inside when it
+# is looked up: a plant that stands on its limit is feasible whichever way the last digit of its
 # measurement and of the sums was rounded. Some 30 terms of size one round to 1e-14 and 4e-6.
 EDGE = {"float64": 1e-9, "float32": 1e-5}

@@ -64,8 +64,8 @@ def tolerances(
 
 
 # Of a parametric program: the Hessian's smallest eigenvalue relative to its largest, with a unit
-# diagonal. Below it, a multiplier that comes from a solve with the Hessian has less than four digits
-# left of float64's sixteen.
+# diagonal. Below it, a multiplier that comes from a solve with the Hessian has less than four
+# digits left of float64's sixteen.
 CONVEXITY = 1e-12
 
 

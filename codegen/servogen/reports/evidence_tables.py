@@ -17,9 +17,11 @@ def evidence_parts(data: Found) -> list[Table | Missing]:
     rows = tuple(_row(entry) for entry in certificate.entries)
     note = (
         "About the C whose digests stand below, in the precisions named. A check that was not run, "
-        "ran on other C or from another input, counts for nothing."
+        "ran on other C or from another input, counts for nothing. The input is named by its "
+        "sha-256. Its date is the day when the newest of the project's files was modified, as the "
+        "file system says: in a fresh copy, the day of copying."
     )
-    columns = ("check", "result", "found", "precision", "tools", "date of the input")
+    columns = ("check", "result", "found", "precision", "tools", "input modified")
     parts: list[Table | Missing] = [
         Table(f"Certificate: {certificate.result}", columns, rows, note)
     ]
@@ -40,7 +42,7 @@ def evidence_parts(data: Found) -> list[Table | Missing]:
                 **{f"C, {p}, sha-256": digest for p, digest in certificate.digests.items()},
                 "servogen": certificate.version,
                 "input, sha-256": certificate.origin.digest,
-                "date of the input": certificate.origin.date,
+                "input, last modified": certificate.origin.modified,
             },
         )
     )
@@ -58,5 +60,5 @@ def _row(entry: Entry) -> tuple[Cell, ...]:
         text(told),
         text(" and ".join(entry.precisions)),
         text(tools, MUTED),
-        text(entry.input_date),
+        text(entry.input_modified),
     )

@@ -61,8 +61,8 @@ def slice_of(data: ServoReportData) -> tuple[FloatArray, FloatArray]:
 
 
 def _turning(a: FloatArray, c: FloatArray) -> FloatArray:
-    """(n,) the increments of a motion that goes on: the mode nearest to z = 1 that the output shows,
-    one unit of output a sample."""
+    """(n,) the increments of a motion that goes on, one unit of output a sample: of the modes that
+    the output shows the one nearest to z = 1."""
     values, vectors = np.linalg.eig(a)
     shown = np.abs(c[0] @ vectors) > 1e-9 * np.linalg.norm(c[0]) * np.linalg.norm(vectors, axis=0)
     order = np.argsort(np.where(shown, np.abs(values - 1.0), np.inf))

@@ -156,10 +156,12 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
     limits, horizon = design.limits, design.horizon
     names = _names(design.plant.order)
     here = 0.0
+    apart = rng.spawn(1)[0]
     for index in range(count):
         if index % 10 == 0:
             here = float(rng.uniform(-1.0, 1.0) * limits.position_m)
             yield Call("reset", {"position": here})
+            yield Call("step", _contradiction(design, apart, here))
         path = here + _tour(rng, horizon, limits.velocity_m_per_s * design.plant.sample_time_s)
         path = np.clip(path, -limits.position_m, limits.position_m)
         if rng.random() < 0.2:
@@ -177,6 +179,21 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
         yield Call("step", {**inputs, "reference": path, "low": low, "high": high})
         if rng.random() < 0.1:
             yield Call("hold", {"reference": float(path[-1])})
+
+
+def _contradiction(design: MpcDesign, rng: np.random.Generator, here: float) -> dict[str, Value]:
+    """At rest, a bound above the other by little: the duals of both grow, together in the end, and
+    what their difference moves is lost in rounding where the precision is low."""
+    limits, horizon = design.limits, design.horizon
+    low = np.full(horizon, -limits.position_m)
+    high = np.full(horizon, limits.position_m)
+    k = int(rng.integers(horizon))
+    low[k] = here + rng.uniform(-1.0, 1.0) * limits.fast_range_m
+    high[k] = low[k] - 10.0 ** rng.uniform(-8.0, -2.0) * limits.fast_range_m
+    state = np.zeros(design.plant.order)
+    state[0] = here
+    inputs = _state_inputs("", _names(design.plant.order), state)
+    return {**inputs, "reference": np.full(horizon + 1, here), "low": low, "high": high}
 
 
 def _tour(rng: np.random.Generator, horizon: int, step_m: float) -> FloatArray:

@@ -50,8 +50,8 @@ def _axis(
 
 
 def half_turns(design: ServoMpcDesign | PidDesign, declaration: Declaration) -> Iterator[Call]:
-    """Steps of the encoder by half a turn and its neighbours in the scalar type, after any number of
-    turns within the range; those among them whose count of turns is rounded the wrong way."""
+    """Steps of the encoder by half a turn and its neighbours in the scalar type, with any number of
+    whole turns besides; of some, the nearest number of turns is rounded the wrong way."""
     wrapping = Wrapping(design.turn, design.reach, design.precision)
     real = design.precision.dtype.type
     most = int(min(2.0 * design.reach // design.turn, 40.0))

@@ -45,8 +45,8 @@ class CheckResult:
 
     def lines(self) -> list[str]:
         f = self.finding
-        first = f"{f.check:<9} {f.summary}{'' if f.passed else ', FAILED'}"
-        return [first, *(f"          {line}" for line in (*f.faults, *f.details))]
+        first = f"{f.check:<9} {f.line}{'' if f.passed else ', FAILED'}"
+        return [first, *(f"          {line}" for line in (*f.faults, *f.all_details))]
 
     def to_json(self) -> dict[str, object]:
         return self.finding.to_json()
@@ -153,7 +153,7 @@ def _closed_loops(
 
 def origin_of(project: AnyProject) -> Origin:
     """Digest of the project's files, its target and the checks' lists, names and folders aside; the
-    day of the newest of the project's files (UTC), or of ``SOURCE_DATE_EPOCH``."""
+    day on which the newest of the project's files was modified (UTC), or ``SOURCE_DATE_EPOCH``."""
     target = target_file(project.target.name, project.file.parent)
     lists = sorted(Path(evidence.__file__).parent.glob("*.toml"))
     digest = hashlib.sha256()

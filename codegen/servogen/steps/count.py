@@ -28,16 +28,18 @@ class Fit:
     Attributes:
         budgets: for each window of time, the longest first; empty where ``missing`` says why.
         missing: a sentence, if the target has no cycles for the precision.
+        too_large: a sentence for each dimension that the target's int does not hold.
     """
 
     target: Target
     budgets: tuple[Allowance, ...]
     memory: Memory
     missing: str = ""
+    too_large: tuple[str, ...] = ()
 
     @property
     def faults(self) -> list[str]:
-        """One sentence for each budget that does not hold, the culprit named."""
+        """One sentence for each thing that does not fit, the culprit named."""
         over = [
             f"over the budget of {b.label} by {b.culprit}: {b.total_cycles:.0f} of "
             f"{b.budget_cycles:.0f} cycles on {b.target}"
@@ -45,7 +47,7 @@ class Fit:
             if not b.fits
         ]
         full = [f"{self.target.name} is too small: {fault}" for fault in self.memory.faults()]
-        return [self.missing] * bool(self.missing) + over + full
+        return [self.missing] * bool(self.missing) + over + full + list(self.too_large)
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -189,12 +191,26 @@ def survey(prepared: Prepared[Simulated, Studied]) -> WcetResult:
 
 def fit_of(package: CPackage, counts: PackageCount, target: Target, share: float) -> Fit:
     """Cycles and memory of a package on a target."""
-    occupied = memory(package, counts, target)
+    occupied, large = memory(package, counts, target), too_large(package, target)
     if counts.precision not in target.cycles:
         known = " or ".join(target.cycles)
         missing = f"{target.name} has no cycles for {counts.precision}, only for {known}"
-        return Fit(target, (), occupied, missing)
-    return Fit(target, tuple(budgets(package, counts, target, share)), occupied)
+        return Fit(target, (), occupied, missing, large)
+    found = tuple(budgets(package, counts, target, share))
+    return Fit(target, found, occupied, too_large=large)
+
+
+def too_large(package: CPackage, target: Target) -> tuple[str, ...]:
+    """Dimensions beyond the target's int. They are enumeration constants, loop bounds and indices,
+    all of them int; only the place in a matrix, which is larger, is computed in 32 bits."""
+    most = 2 ** (target.int_bits - 1) - 1
+    return tuple(
+        f"{dim.name} of {d.prefix} is {dim.value}, more than an int of {target.int_bits} bits on "
+        f"{target.name} holds"
+        for d in package.declarations
+        for dim in d.dimensions
+        if dim.value > most
+    )
 
 
 def periods_of(declarations: tuple[Declaration, ...]) -> dict[str, float]:

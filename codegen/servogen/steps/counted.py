@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from servogen.controllers.design import Declaration
@@ -66,8 +67,26 @@ def emit_counted(name: str, declarations: tuple[Declaration, ...]) -> tuple[CPac
 def budgets(
     package: CPackage, counts: PackageCount, target: Target, share: float
 ) -> list[Allowance]:
-    """What the periodic entry points use of the target, the longest window first."""
-    return allowances(_tasks(package, counts), target, counts.precision, share)
+    """What the periodic entry points use of the target, the longest window first; then the same
+    with every controller that replaces another in its place."""
+    found = []
+    for instead in ["", *(d.prefix for d in package.declarations if d.replaces)]:
+        tasks = _tasks(_running(package.declarations, instead), counts)
+        own = allowances(tasks, target, counts.precision, share)
+        found += [replace(budget, instead=instead) for budget in own]
+    return found
+
+
+def _running(declarations: Sequence[Declaration], instead: str) -> list[Declaration]:
+    """Those that run together: without the ones that replace others, or with ``instead`` for the
+    one that it replaces and what only that one uses."""
+    gone = {d.prefix for d in declarations if d.replaces and d.prefix != instead}
+    gone |= {d.replaces for d in declarations if d.prefix == instead}
+    for d in reversed(declarations):  # those that use others come after them
+        users = {user.prefix for user in declarations if d.prefix in user.uses}
+        if users and users <= gone:
+            gone.add(d.prefix)
+    return [d for d in declarations if d.prefix not in gone]
 
 
 def memory(package: CPackage, counts: PackageCount, target: Target) -> Memory:
@@ -79,7 +98,7 @@ def memory(package: CPackage, counts: PackageCount, target: Target) -> Memory:
     outer = [d for d in package.declarations if d.prefix not in used]
     size = counts.type_bytes
     return occupied(
-        _tasks(package, counts),
+        _tasks(package.declarations, counts),
         {f"{d.prefix}_t": size[f"{d.prefix}_t"] for d in outer},
         {name: size[name] for d in outer for name in _arguments(d)},
         counts.table_bytes,
@@ -87,7 +106,7 @@ def memory(package: CPackage, counts: PackageCount, target: Target) -> Memory:
     )
 
 
-def _tasks(package: CPackage, counts: PackageCount) -> list[Task]:
+def _tasks(declarations: Iterable[Declaration], counts: PackageCount) -> list[Task]:
     return [
         Task(
             f"{d.prefix}_{op.name}",
@@ -95,7 +114,7 @@ def _tasks(package: CPackage, counts: PackageCount) -> list[Task]:
             op.period_s,
             op.deadline_s or op.period_s,
         )
-        for d in package.declarations
+        for d in declarations
         for op in d.operations
         if op.period_s
     ]

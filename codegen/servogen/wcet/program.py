@@ -30,7 +30,9 @@ class _Counted:
 
 
 @dataclass(eq=False)
-class _Definition:
+class Definition:
+    """A function with a body, and the file it stands in."""
+
     unit: Unit
     node: c_ast.FuncDef
     typed: TypedFunction | None = None
@@ -46,6 +48,7 @@ class Program:
         defines: ``NAME`` or ``NAME=VALUE`` for the preprocessor.
 
     Attributes:
+        definitions: every function, by number of its unit and name.
         turns: (file, line) of every loop counted so far -> numbers of turns it was seen to take.
 
     Raises:
@@ -63,15 +66,15 @@ class Program:
             Unit(path, parse(path, preprocess(path, include_dirs, defines)))
             for path in source_files
         ]
-        self._definitions: dict[tuple[int, str], _Definition] = {}
-        self._external: dict[str, _Definition] = {}
+        self.definitions: dict[tuple[int, str], Definition] = {}
+        self._external: dict[str, Definition] = {}
         for number, unit in enumerate(self.units):
             for name, node in unit.functions.items():
-                found = _Definition(unit, node)
-                self._definitions[number, name] = found
+                found = Definition(unit, node)
+                self.definitions[number, name] = found
                 if "static" not in node.decl.storage:
                     self._external.setdefault(name, found)
-        self._active: list[_Definition] = []
+        self._active: list[Definition] = []
         self.turns: dict[tuple[str, int], set[int]] = {}
 
     @property
@@ -88,7 +91,7 @@ class Program:
         Raises:
             CountRefused: no such function, or something without a bound.
         """
-        found = self._entry(entry_point)
+        found = self.entry(entry_point)
         return self._count(found, [Value()] * len(_signature(found))).cost
 
     def stack_bytes(self, entry_point: str) -> int:
@@ -97,7 +100,7 @@ class Program:
         Of the C objects, with natural alignment: the compiler adds return addresses, saved
         registers and temporaries, and takes away what it keeps in registers.
         """
-        return self._stack(self._entry(entry_point))
+        return self._stack(self.entry(entry_point))
 
     def type_bytes(self, name: str) -> int:
         """Size of a structure on the target, with natural alignment.
@@ -111,26 +114,35 @@ class Program:
                 return size_of(kind)
         raise CountRefused(f"cannot count: the structure '{name}' is not defined")
 
-    def typed(self, found: _Definition) -> TypedFunction:
+    def typed(self, found: Definition) -> TypedFunction:
         if found.typed is None:
             found.typed = TypedFunction(found.unit, found.node)
         return found.typed
 
-    def _entry(self, name: str) -> _Definition:
-        """Of an entry point, or of a static function that one unit alone has."""
-        own = [found for (_, called), found in self._definitions.items() if called == name]
+    def entry(self, name: str) -> Definition:
+        """The function that callers outside know by this name, or a static one of a single file.
+
+        Raises:
+            CountRefused: there is none.
+        """
+        own = [found for (_, called), found in self.definitions.items() if called == name]
         if name not in self._external and len(own) != 1:
             raise CountRefused(f"cannot count: the entry point '{name}' is not defined")
         return self._external.get(name, own[0])
 
-    def _lookup(self, unit: Unit, node: c_ast.Node, name: str) -> _Definition:
-        own = self._definitions.get((self.units.index(unit), name))
+    def lookup(self, unit: Unit, node: c_ast.Node, name: str) -> Definition:
+        """The function that a call of ``name`` in ``unit`` means.
+
+        Raises:
+            CountRefused: it has no body here.
+        """
+        own = self.definitions.get((self.units.index(unit), name))
         found = own if own is not None else self._external.get(name)
         if found is None:
             raise refuse(node, f"the function '{name}' has no body here")
         return found
 
-    def _count(self, found: _Definition, arguments: Sequence[Value]) -> CallCost:
+    def _count(self, found: Definition, arguments: Sequence[Value]) -> CallCost:
         for earlier in found.counted:
             if all(
                 (arguments[i].number, arguments[i].cap) == k for i, k in earlier.arguments.items()
@@ -139,7 +151,7 @@ class Program:
         typed = self.typed(found)
 
         def callee(node: c_ast.Node, name: str, values: Sequence[Value]) -> CallCost:
-            wanted = self._lookup(found.unit, node, name)
+            wanted = self.lookup(found.unit, node, name)
             if wanted in self._active:
                 raise refuse(node, f"the function '{name}' calls itself")
             return self._count(wanted, values)
@@ -163,7 +175,7 @@ class Program:
         place = (str(node.coord.file), int(node.coord.line))
         self.turns.setdefault(place, set()).add(turns)
 
-    def _stack(self, found: _Definition) -> int:
+    def _stack(self, found: Definition) -> int:
         if found in self._active:
             raise refuse(found.node, f"the function '{found.node.decl.name}' calls itself")
         typed = self.typed(found)
@@ -173,7 +185,7 @@ class Program:
                 own += -(-size_of(kind) // 4) * 4
         self._active.append(found)
         names = [n for n in called_names(found.node) if not typed.is_library(n.name.name)]
-        below = [self._stack(self._lookup(found.unit, n, n.name.name)) for n in names]
+        below = [self._stack(self.lookup(found.unit, n, n.name.name)) for n in names]
         self._active.pop()
         return own + max(below, default=0)
 
@@ -192,7 +204,7 @@ def called_names(node: c_ast.Node) -> list[c_ast.FuncCall]:
     return list(found.values())
 
 
-def _signature(found: _Definition) -> tuple[CType, ...]:
+def _signature(found: Definition) -> tuple[CType, ...]:
     return found.unit.prototypes[found.node.decl.name].parameters
 
 

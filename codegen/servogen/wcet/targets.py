@@ -15,9 +15,10 @@ PRECISIONS = ("float32", "float64")
 REAL_CLASSES = ("add", "mul", "div", "cmp", "neg", "sqrt", "convert", "other_fp", "load", "store")
 COMMON_CLASSES = tuple(name for name in CLASSES if name not in REAL_CLASSES)
 
-_TOP = ("name", "description", "clock_hz", "memory", "cycles")
+_TOP = ("name", "description", "clock_hz", "int_bits", "memory", "cycles")
 _MEMORY = ("data_bytes", "program_bytes", "together_bytes")
 _FOLDER = Path(__file__).resolve().parent / "targets"
+_INT_BITS = 32
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Target:
         data_bytes: memory for tables and state.
         program_bytes: memory for code (and tables, where it is flash).
         together_bytes: where data and tables lie in the same memory, its size.
+        int_bits: of its compiler's int.
         cycles: precision -> class of operation -> cycles; a precision may be missing.
     """
 
@@ -49,6 +51,7 @@ class Target:
     program_bytes: Number
     cycles: Mapping[str, Mapping[str, Number]]
     together_bytes: Number | None = None
+    int_bits: int = _INT_BITS
 
     def cost(self, counts: OperationCounts, precision: str) -> float:
         """Cycles of these operations: the sum over the classes of count times cycles.
@@ -122,6 +125,9 @@ class _Reader:
             )
             if "together_bytes" in memory
             else None,
+            int_bits=int(self.number(data, "int_bits", "int_bits", positive=True).value)
+            if "int_bits" in data
+            else _INT_BITS,
         )
 
     def cycles(self, data: dict[str, object]) -> dict[str, dict[str, Number]]:

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
+ * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
  *
  * What callers of two_stage_governor may rely on, for Frama-C Eva in place of two_stage_governor.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
- * read, within their tables. All other members stay as they are, so that a caller who reads one is
- * found out. two_stage_governor_eva.c is the proof that the C keeps to this.
+ * read, within their tables. All others stay unwritten but for least_x[0], which init
+ * writes: no call is allowed before. two_stage_governor_eva.c is the proof that the C keeps to this.
  */
 #include "two_stage_governor.h"
 #include "two_stage_eva.h"
@@ -18,11 +18,13 @@ static void two_stage_governor_anything(two_stage_governor_t *self)
 
 void two_stage_governor_init(two_stage_governor_t *self)
 {
+    self->least_x[0] = 0;
     two_stage_governor_anything(self);
 }
 
 sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_governor_step_in *in, two_stage_governor_step_out *out)
 {
+    /*@ assert \initialized(&self->least_x[0]); */ ;
     (void)in;
     /*@ assert \initialized(&in->x_position) && (SG_EVA_INPUTS == 2 || \is_finite(in->x_position)); */ ;
     /*@ assert \initialized(&in->x_velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->x_velocity)); */ ;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design b33fc835d3afb2df2d16e68f4e25fc32e8da03d688c16879232ef3ce7b72af79.
+ * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
  *
  * What callers of two_stage_mpc may rely on, for Frama-C Eva in place of two_stage_mpc.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
- * read, within their tables. All other members stay as they are, so that a caller who reads one is
- * found out. two_stage_mpc_eva.c is the proof that the C keeps to this.
+ * read, within their tables. All others stay unwritten but for plan[0], which init
+ * writes: no call is allowed before. two_stage_mpc_eva.c is the proof that the C keeps to this.
  */
 #include "two_stage_mpc.h"
 #include "two_stage_eva.h"
@@ -22,11 +22,13 @@ static void two_stage_mpc_anything(two_stage_mpc_t *self)
 
 void two_stage_mpc_init(two_stage_mpc_t *self)
 {
+    self->plan[0] = 0;
     two_stage_mpc_anything(self);
 }
 
 sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_in *in)
 {
+    /*@ assert \initialized(&self->plan[0]); */ ;
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     two_stage_mpc_anything(self);
@@ -35,6 +37,7 @@ sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_i
 
 sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in *in)
 {
+    /*@ assert \initialized(&self->plan[0]); */ ;
     (void)in;
     /*@ assert \initialized(&in->command) && (SG_EVA_INPUTS == 2 || \is_finite(in->command)); */ ;
     two_stage_mpc_anything(self);
@@ -43,6 +46,7 @@ sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in 
 
 sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_mpc_candidate_in *in, two_stage_mpc_candidate_out *out)
 {
+    /*@ assert \initialized(&self->plan[0]); */ ;
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     /*@ assert \initialized(&in->velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->velocity)); */ ;
@@ -56,6 +60,7 @@ sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_m
 
 sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in *in, two_stage_mpc_step_out *out)
 {
+    /*@ assert \initialized(&self->plan[0]); */ ;
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     /*@ assert \initialized(&in->velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->velocity)); */ ;
@@ -77,6 +82,7 @@ sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in 
 
 sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in *in, two_stage_mpc_hold_out *out)
 {
+    /*@ assert \initialized(&self->plan[0]); */ ;
     (void)in;
     /*@ assert \initialized(&in->reference) && (SG_EVA_INPUTS == 2 || \is_finite(in->reference)); */ ;
     two_stage_mpc_anything(self);
