@@ -17,7 +17,6 @@ from servogen.emit.manifest import manifest_text
 from servogen.resources import resource_dir
 from servogen.wcet.package import PackageCount
 
-DIVISION = "sg_division.h"
 RUNTIME_FILES = (
     "sg_angle.h",
     "sg_compiler.h",
@@ -113,7 +112,6 @@ def emit_package(
         "precision": precision,
         "real_type": f"{name}_real",
         "axes": AXES,
-        "divides": True,
         "state_ports": measured_ports,
     }
     files = {
@@ -147,9 +145,6 @@ def emit_package(
     folder = resource_dir("c_runtime")
     runtime = {name: (folder / name).read_text(encoding="utf-8") for name in RUNTIME_FILES}
     used = included(files | runtime, sources)
-    # a macro that nothing reads is none that MISRA allows
-    scalar = environment.get_template("scalar.h.jinja")
-    files[f"{name}_scalar.h"] = scalar.render(common | {"divides": DIVISION in used})
     files |= {name: text for name, text in runtime.items() if name in used}
     files["CMakeLists.txt"] = environment.get_template("CMakeLists.txt.jinja").render(
         common | {"sources": sources}
