@@ -2,19 +2,21 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-OUT    ?= out/two_stage
+SYSTEM ?= two_stage
+OUT    ?= out/$(SYSTEM)
 
 # The evidence about the emitted C, each piece a target of its own; what a target needs beyond gcc
 # it says itself. `servogen check list` has them with their packages.
+SYSTEMS  := two_stage servo_drive
 CHECKS   := counts compilers coverage sanitizers misra pil prove fuzz dsp
-PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes
+PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes servo_drive/servogen
 # out/two_stage for the project that `make run` is about, else out/<file>
 out_of = out/$(if $(filter servogen,$(notdir $(1))),$(patsubst %/,%,$(dir $(1))),$(notdir $(1)))
 
 .PHONY: run test lint format golden bench browser clean seeded $(CHECKS) evidence certificate
 
 run: $(STAMP)
-	$(BIN)/servogen run examples/two_stage/servogen.toml -o $(OUT)
+	$(BIN)/servogen run examples/$(SYSTEM)/servogen.toml -o $(OUT)
 
 test: $(STAMP)
 	$(BIN)/ruff format --check codegen tests
@@ -45,7 +47,8 @@ clean:
 
 # The committed output of the bundled examples.
 golden: $(STAMP)
-	$(BIN)/servogen build examples/two_stage/servogen.toml -o generated/two_stage
+	for system in $(SYSTEMS); do \
+	  $(BIN)/servogen build examples/$$system/servogen.toml -o generated/$$system || exit 1; done
 
 # Instruction counts against the dense form and the peers; needs valgrind.
 bench: $(STAMP)
@@ -75,9 +78,10 @@ certificate: $(STAMP)
 seeded: $(STAMP)
 	$(BIN)/python -m servogen.steps.plant_faults examples/two_stage/servogen.toml docs/seeded-faults.md out/seeded.json $(ONLY)
 
-# The report in headless Chromium: every plot drawn, no console error. Judges the report of
-# "make run" where there is one.
+# The reports in headless Chromium: every plot drawn, no console error. Judges those of "make run" and
+# "make evidence" where there are any.
 browser: $(STAMP)
-	@test -f $(OUT)/report.html || \
-	  $(BIN)/servogen report examples/two_stage/servogen.toml -o $(OUT)/report.html
-	$(BIN)/python -m servogen.reports.browser $(OUT)/report.html
+	for system in $(SYSTEMS); do \
+	  test -f out/$$system/report.html || \
+	    $(BIN)/servogen report examples/$$system/servogen.toml -o out/$$system/report.html || exit 1; \
+	  $(BIN)/python -m servogen.reports.browser out/$$system/report.html || exit 1; done

@@ -13,21 +13,33 @@ from pathlib import Path
 import pytest
 
 from servogen.progress import Silent
-from servogen.project import load_project
+from servogen.project.systems import load_any_project
 from servogen.steps.prepare import prepare
 
 ROOT = Path(__file__).parents[2]
-COMMITTED = ROOT / "generated" / "two_stage"
+GENERATED = ROOT / "generated"
+SYSTEMS = ("two_stage", "servo_drive")
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?f?(?![\w.])")
 HASH = re.compile(r"\b(?=[0-9]*[a-f])[0-9a-f]{16,64}\b")
 RELATIVE = 1e-9
 HELP = "run 'make golden' and look at the diff of generated/"
 
 
+Files = dict[str, str]
+
+
 @pytest.fixture(scope="module")
-def fresh() -> dict[str, str]:
-    project = load_project(ROOT / "examples" / "two_stage" / "servogen.toml")
-    return dict(prepare(project, Silent()).package.files)
+def every() -> dict[str, Files]:
+    projects = {name: ROOT / "examples" / name / "servogen.toml" for name in SYSTEMS}
+    return {
+        name: dict(prepare(load_any_project(file), Silent()).package.files)
+        for name, file in projects.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def fresh(every: dict[str, Files]) -> Files:
+    return every["two_stage"]
 
 
 def _masked(block: str) -> str:
@@ -46,9 +58,11 @@ def _blocks(text: str) -> list[tuple[str, list[float]]]:
     return blocks
 
 
-def test_same_files(fresh: dict[str, str]) -> None:
-    committed = [p.relative_to(COMMITTED) for p in COMMITTED.rglob("*") if p.is_file()]
-    assert sorted(path.as_posix() for path in committed) == sorted(fresh), HELP
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_same_files(every: dict[str, Files], system: str) -> None:
+    folder = GENERATED / system
+    committed = [p.relative_to(folder) for p in folder.rglob("*") if p.is_file()]
+    assert sorted(path.as_posix() for path in committed) == sorted(every[system]), HELP
 
 
 def _difference(name: str, committed: str, text: str) -> str | None:
@@ -64,20 +78,22 @@ def _difference(name: str, committed: str, text: str) -> str | None:
     return None
 
 
-def test_same_text_and_numbers(fresh: dict[str, str]) -> None:
-    for name, text in fresh.items():
-        committed = (COMMITTED / name).read_text(encoding="utf-8")
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_same_text_and_numbers(every: dict[str, Files], system: str) -> None:
+    for name, text in every[system].items():
+        committed = (GENERATED / system / name).read_text(encoding="utf-8")
         if committed != text and name != "manifest.json":
             assert _difference(name, committed, text) is None, HELP
 
 
-def test_same_manifest_but_for_hashes(fresh: dict[str, str]) -> None:
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_same_manifest_but_for_hashes(every: dict[str, Files], system: str) -> None:
     def content(text: str) -> dict[str, object]:
         data: dict[str, object] = json.loads(HASH.sub("HASH", text))
         return data
 
-    committed = (COMMITTED / "manifest.json").read_text(encoding="utf-8")
-    assert content(committed) == content(fresh["manifest.json"]), HELP
+    committed = (GENERATED / system / "manifest.json").read_text(encoding="utf-8")
+    assert content(committed) == content(every[system]["manifest.json"]), HELP
 
 
 @pytest.mark.parametrize(("factor", "seen"), [(1.0 + 1e-6, True), (1.0 + 1e-12, False)])

@@ -24,6 +24,8 @@ LAW_COLOURS = (
 REACH = 4.0
 # Regions are beyond counting by eye; the largest on the slice are drawn.
 MOST_REGIONS = 400
+# Coefficients of one law from two solutions agree to this share of the largest.
+SAME = 1e-8
 
 
 def law_colour(law: int) -> str:
@@ -86,10 +88,9 @@ def regions_figure(data: ServoReportData) -> Figure | None:
     return Figure(
         "regions",
         "Critical regions",
-        f"A slice through the {len(solution.regions)} regions and {solution.laws.count} laws of "
-        f"the {form.name.removesuffix(' tree')} program: all references the same distance ahead, "
-        "the axis turning at the speed shown, no current before; "
-        f"{len(pieces)} regions and {laws} laws meet it. Colours are laws of the first move.",
+        f"A slice through {len(solution.regions)} regions with {solution.laws.count} laws of the "
+        "first move: all references the same distance ahead, the axis turning at the speed shown, "
+        f"no current before. {len(pieces)} regions and {laws} laws meet it; colours are laws.",
         _polygons(pieces),
         shape,
         height=520,
@@ -159,8 +160,9 @@ def tree_figure(data: ServoReportData) -> Figure | None:
         _markers("node", [spots[i] for i in range(tree.inner)],
                  [f"node {i}" for i in range(tree.inner)], PATH_COLOUR, "circle"),
     ]  # fmt: skip
-    for law in sorted({law for _, law in leaves}):
-        places = [spots[key] for key, own in leaves if own == law]
+    number = _numbers(chosen, shown_form(data))
+    for law in sorted({number[law] for _, law in leaves}):
+        places = [spots[key] for key, own in leaves if number[own] == law]
         told = [f"law {law + 1}"] * len(places)
         traces.append(_markers(f"law {law + 1}", places, told, law_colour(law), "square"))
     shape = layout("leaves in their order [1]", ["nodes passed [1]"])
@@ -178,6 +180,32 @@ def tree_figure(data: ServoReportData) -> Figure | None:
         shape,
         height=420,
     )
+
+
+def _numbers(chosen: Form, shown: Form | None) -> list[int]:
+    """Of the chosen form's laws: those that the regions' figure has, by what they are, then others.
+
+    A form without bounds on the first move has the laws of the whole program in which it is free.
+    """
+    assert chosen.solution is not None
+    own = _on_theta(chosen.solution)
+    known = own[:0] if shown is None or shown.solution is None else _on_theta(shown.solution)
+    scale = np.max(np.abs(own), axis=0)
+    numbers, fresh = [], len(known)
+    for law in own:
+        apart = np.max(np.abs(known - law) / np.where(scale > 0.0, scale, 1.0), axis=1)
+        same = np.flatnonzero(apart <= SAME)
+        numbers.append(int(same[0]) if same.size else fresh)
+        fresh += not same.size
+    return numbers
+
+
+def _on_theta(solution: ExplicitSolution) -> FloatArray:
+    """(laws, nu (p + 1)) coefficients on the parameters, and the constant."""
+    gains = solution.laws.gains @ solution.image.matrix
+    constant = solution.laws.offsets + solution.laws.gains @ solution.image.offset
+    both: FloatArray = np.concatenate([gains, constant[:, :, None]], axis=2)
+    return both.reshape(len(both), -1)
 
 
 def tree_places(

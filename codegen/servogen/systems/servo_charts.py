@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from servogen.errors import InputError
 from servogen.progress import Progress
-from servogen.systems.servo_drive import ServoDrive
+from servogen.systems.servo_drive import ServoDrive, tracking_problem
 from servogen.systems.servo_figures import Disturbance, Waterfall, disturbance_run, waterfall
 from servogen.systems.servo_loop import DriveRun, Track
 from servogen.systems.servo_study import (
@@ -57,6 +57,7 @@ def whole_study(servo: ServoDrive, progress: Progress) -> Study:
     if absent:
         return Study(disturbance=pulled, absent=absent)
     try:
+        tracking_problem(servo, HORIZONS[-1])  # what refuses the longest refuses at once
         tables = tuple(tracking_table(servo, case, progress) for case in (SLOW, FAST))
         with progress.task("Largest errors and plans"):
             errors, reason = printed_comparison(servo)
