@@ -13,17 +13,14 @@
  */
 static inline sg_real sg_shortest(sg_real difference, sg_real turn, sg_real half, sg_real inverse)
 {
+    const sg_real zero = (sg_real)0;
     const sg_real turns = difference * inverse;
-    const sg_real nearest = (turns >= (sg_real)0) ? (turns + (sg_real)0.5) : (turns - (sg_real)0.5);
+    const sg_real nearest = turns + ((turns < zero) ? (sg_real)-0.5 : (sg_real)0.5);
     const int32_t whole = (int32_t)nearest;
-    sg_real way = difference - ((sg_real)whole * turn);
-    if (way > half) {
-        way = way - turn;
-    }
-    if (way <= -half) {
-        way = way + turn;
-    }
-    return sg_bound(way, -half, half); /* the remainder of a division by the turn */
+    const sg_real first = difference - ((sg_real)whole * turn);
+    const sg_real second = first - ((first > half) ? turn : zero);
+    const sg_real third = second + ((second <= -half) ? turn : zero);
+    return sg_bound(third, -half, half); /* the remainder of a division by the turn */
 }
 
 #endif

@@ -58,8 +58,8 @@ class Wrapping:
         """
         if not self.comes_round:
             return difference
-        nearest = difference * self._inverse
-        nearest = nearest + self._real(0.5) if nearest >= 0 else nearest - self._real(0.5)
+        turns = difference * self._inverse
+        nearest = turns + self._real(-0.5 if turns < 0 else 0.5)
         way = difference - self._real(int(nearest)) * self._turn
         if way > self._half:
             way = way - self._turn

@@ -40,7 +40,7 @@ SOFTWARE_BUDGET = 500_000_000
 LEVEL_BUDGET = 10_000_000  # the same for the calls that are played again with other optimisation
 # Instructions of a call, beyond pil_counts.CALL, for each operation that the C counts in it, all
 # classes together.
-HARDWARE_FACTOR, SOFTWARE_FACTOR = 2.5, 40.0
+HARDWARE_FACTOR, SOFTWARE_FACTOR = 2.5, 45.0
 
 
 @dataclass(frozen=True)
