@@ -71,12 +71,14 @@ def _root(
 
 @app.command()
 def init(
-    system: Annotated[str, typer.Argument(help="The system, two_stage.", show_default=False)],
+    system: Annotated[
+        str, typer.Argument(help="The system: two_stage or servo_drive.", show_default=False)
+    ],
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="A new or empty folder.", show_default=False)
     ],
 ) -> None:
-    """Copy an example, project file and drawing, ready to edit."""
+    """Copy an example, project file and what belongs to it, ready to edit."""
     from servogen.scaffold import copy_example
 
     project = copy_example(system, folder)
@@ -101,7 +103,7 @@ def sil(
     toml: Toml,
     steps: Annotated[
         str | None,
-        typer.Option(metavar="N", help="Slow periods to compare. Default: the whole path."),
+        typer.Option(metavar="N", help="Periods of each closed loop to compare. Default: all."),
     ] = None,
     json: Json = None,
 ) -> None:
@@ -134,13 +136,13 @@ def simulate(
     ] = False,
     json: Json = None,
 ) -> None:
-    """Run the closed loop over the whole path and check its constraints."""
+    """Run the project's task in closed loop and check its constraints."""
     _run_step("simulate", toml, json, reference=reference)
 
 
 @app.command()
 def study(toml: Toml, json: Json = None) -> None:
-    """Compare the controllers of the paper's Table I on this machine."""
+    """Make the paper's comparison on this machine."""
     _run_step("study", toml, json)
 
 
@@ -205,7 +207,7 @@ def run(
         typer.Option("-o", "--out", metavar="OUT", help="Default: out/ beside TOML."),
     ] = None,
 ) -> None:
-    """All of it in order: build, sil, wcet, simulate, study, report."""
+    """All of it in order: build, proofs, sil, wcet, simulate, study, report."""
     folder = toml.parent / "out" if out is None else out
     _run_step("run", toml, None, folder, place=lambda: check_tree(folder / "c"))
 

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
+ * Design efe801d2719c8dc75bafa58505b38e021bc824e3869eb17f752cb44b199a2f8b.
+ *
+ * What callers of headstock_mpc_lookup may rely on, for Frama-C Eva in place of headstock_mpc_lookup.c: after any
+ * call, any status and any outputs in their declared ranges; of the state, the members that callers may
+ * read, within their tables. All others stay unwritten but for eta[0], which init
+ * writes: no call is allowed before. headstock_mpc_lookup_eva.c is the proof that the C keeps to this.
+ */
+#include "headstock_mpc_lookup.h"
+#include "headstock_eva.h"
+
+static void headstock_mpc_lookup_anything(headstock_mpc_lookup_t *self)
+{
+    (void)self;
+}
+
+void headstock_mpc_lookup_init(headstock_mpc_lookup_t *self)
+{
+    self->eta[0] = 0;
+    headstock_mpc_lookup_anything(self);
+}
+
+sg_status headstock_mpc_lookup_find(headstock_mpc_lookup_t *self, const headstock_mpc_lookup_find_in *in, headstock_mpc_lookup_find_out *out)
+{
+    /*@ assert \initialized(&self->eta[0]); */ ;
+    (void)in;
+    for (int i = 0; i < 8; i++) {
+        /*@ assert \initialized(&in->theta[i]) && (SG_EVA_INPUTS == 2 || \is_finite(in->theta[i])); */ ;
+    }
+    headstock_mpc_lookup_anything(self);
+    for (int i = 0; i < 1; i++) {
+        out->move[i] = sg_within(-1000.0f, 1000.0f);
+    }
+    out->law = sg_within_count(-1, 8);
+    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+}
