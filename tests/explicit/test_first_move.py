@@ -3,19 +3,17 @@
 import numpy as np
 import pytest
 from explicit_problems import LIMIT_MA, servo_drive
+from many_parameters import parameters
 from oracle import first_moves
 
 from servogen.explicit.clips import recursive_clips, without_first_bounds
 from servogen.explicit.explore import solve
 from servogen.explicit.grow import grow_tree
 from servogen.explicit.lookup import evaluate_clips, tree_lookup
-from servogen.explicit.pieces import hyperplanes
 from servogen.explicit.solution import ExplicitSolution
 from servogen.qp.parametric import ParametricQP
 
-THIRD = 34_000
 ALLOWED_MA = 1e-6
-HALF = np.array([100.0, 100.0, np.pi, np.pi, LIMIT_MA, 360.0, 360.0, 360.0])
 
 
 @pytest.fixture(scope="module")
@@ -30,24 +28,7 @@ def solution(problem: ParametricQP) -> ExplicitSolution:
 
 @pytest.fixture(scope="module")
 def thetas(solution: ExplicitSolution) -> np.ndarray:
-    """A third anywhere in the facts' box and about the origin, a third on or next to facets, a
-    third up to a hundred boxes away."""
-    generator = np.random.default_rng(20130101)
-    p = HALF.size
-    inside = generator.uniform(-1.0, 1.0, (THIRD, p)) * HALF
-    near = generator.uniform(-3.0, 3.0, (THIRD // 2, 3))
-    back = np.linalg.pinv(solution.image.matrix)
-    inside[: THIRD // 2] = near @ back.T
-    planes = hyperplanes(solution)
-    chosen = planes[generator.integers(0, len(planes), THIRD)]
-    normals = chosen[:, :3] / np.linalg.norm(chosen[:, :3], axis=1, keepdims=True)
-    heights = -chosen[:, 3] / np.linalg.norm(chosen[:, :3], axis=1)
-    eta = generator.uniform(-4.0, 4.0, (THIRD, 3))
-    beside = generator.choice([0.0, 1e-13, -1e-13, 1e-10, -1e-10, 1e-7, -1e-7], THIRD)
-    eta += normals * (heights + beside - np.sum(normals * eta, axis=1))[:, None]
-    far = generator.uniform(-1.0, 1.0, (THIRD, p)) * HALF
-    far *= 10.0 ** generator.uniform(0.0, 2.0, (THIRD, 1))
-    return np.vstack([inside, eta @ back.T, far])
+    return parameters(solution)
 
 
 @pytest.fixture(scope="module")

@@ -41,6 +41,7 @@ class Case:
 CASES = {
     case.prefix: case
     for case in (
+        Case("chosen", "drive", "chosen"),
         Case("clips", "drive", "recursive clips"),
         Case("cliptree", "drive", "clip tree"),
         Case("mirrored", "drive", "clip tree, odd in eta_2"),
@@ -88,6 +89,8 @@ def choice(name: str) -> Choice:
 
 def form_of(name: str, wanted: str) -> Form:
     """The form, even where ``choose`` saw that it could not win and left it out."""
+    if wanted == "chosen":
+        return choice(name).chosen
     problem, clip = program(name), None
     if wanted == "recursive clips":
         clips = recursive_clips(problem)
