@@ -17,9 +17,10 @@ from servogen.emit.manifest import manifest_text
 from servogen.resources import resource_dir
 from servogen.wcet.package import PackageCount
 
+DIVISION = "sg_division.h"
 RUNTIME_FILES = (
     "sg_compiler.h",
-    "sg_division.h",
+    DIVISION,
     "sg_kernels.h",
     "sg_pqp.h",
     "sg_status.h",
@@ -113,8 +114,11 @@ def emit_package(
         "axes": AXES,
         "state_ports": measured_ports,
     }
+    scalar = f"{name}_scalar.h"
     files = {
-        f"{name}_{part}.h": environment.get_template(f"{part}.h.jinja").render(common)
+        f"{name}_{part}.h": environment.get_template(f"{part}.h.jinja").render(
+            common | {"divides": True}
+        )
         for part in ("types", "scalar")
     }
     for d in declarations:
@@ -145,6 +149,10 @@ def emit_package(
     runtime = {name: (folder / name).read_text(encoding="utf-8") for name in RUNTIME_FILES}
     used = included(files | runtime, sources)
     files |= {name: text for name, text in runtime.items() if name in used}
+    if DIVISION not in used:  # nobody asks how many bits a scalar has
+        files[scalar] = environment.get_template("scalar.h.jinja").render(
+            common | {"divides": False}
+        )
     files["CMakeLists.txt"] = environment.get_template("CMakeLists.txt.jinja").render(
         common | {"sources": sources}
     )
