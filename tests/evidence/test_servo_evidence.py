@@ -36,7 +36,7 @@ needs_framac = pytest.mark.skipif(
 @cache
 def covered(name: str) -> Covered:
     one = subject(AXES[name])
-    return cover(one, [*one.suite(STEPS), one.closed_loop(None)], reviewed())
+    return cover(one, [*one.suite(STEPS), *one.closed_loops(None)], reviewed())
 
 
 @pytest.mark.parametrize("name", AXES)
