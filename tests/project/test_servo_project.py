@@ -63,7 +63,9 @@ def test_a_file_of_required_keys_alone_has_the_example_s_controller(write: Write
     assert isinstance(least.drive, MatricesDrive)
     assert least.controller.mpc == example.controller.mpc
     assert least.controller.estimator == example.controller.estimator
-    assert (least.output, least.target) == (example.output, example.target)
+    assert least.output == example.output
+    assert (least.target.name, least.target.share) == (example.target.name, example.target.share)
+    assert least.target.tracking_error_limit_deg is None
     assert least.controller.pid is None
 
 

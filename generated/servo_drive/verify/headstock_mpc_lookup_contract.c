@@ -5,10 +5,10 @@
  *
  * What callers of headstock_mpc_lookup may rely on, for Frama-C Eva in place of headstock_mpc_lookup.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
- * read, within their tables. All others stay unwritten but for eta[0], which init
- * writes: no call is allowed before. headstock_mpc_lookup_eva.c is the proof that the C keeps to this.
+ * read, within their tables. The state has no other members here but for one that init writes: no call
+ * is allowed before. headstock_mpc_lookup_eva.c is the proof that the C keeps to this.
  */
-#include "headstock_mpc_lookup.h"
+#include "headstock_mpc_lookup_contract.h"
 #include "headstock_eva.h"
 
 static void headstock_mpc_lookup_anything(headstock_mpc_lookup_t *self)
@@ -18,13 +18,13 @@ static void headstock_mpc_lookup_anything(headstock_mpc_lookup_t *self)
 
 void headstock_mpc_lookup_init(headstock_mpc_lookup_t *self)
 {
-    self->eta[0] = 0;
+    self->begun = SG_BEGUN;
     headstock_mpc_lookup_anything(self);
 }
 
 sg_status headstock_mpc_lookup_find(headstock_mpc_lookup_t *self, const headstock_mpc_lookup_find_in *in, headstock_mpc_lookup_find_out *out)
 {
-    /*@ assert \initialized(&self->eta[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     for (int i = 0; i < 8; i++) {
         /*@ assert \initialized(&in->theta[i]) && (SG_EVA_INPUTS == 2 || \is_finite(in->theta[i])); */ ;

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design efe801d2719c8dc7. */
+/* First move from a search tree: 9 laws, 27 nodes */
+#ifndef HEADSTOCK_MPC_LOOKUP_H
+#define HEADSTOCK_MPC_LOOKUP_H
+
+#include "headstock_types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    HEADSTOCK_MPC_LOOKUP_PARAMETERS = 8, /* length of theta */
+    HEADSTOCK_MPC_LOOKUP_MOVES = 1, /* inputs that are looked up */
+    HEADSTOCK_MPC_LOOKUP_EDGES = 0, /* facets of the feasible set */
+    HEADSTOCK_MPC_LOOKUP_COORDINATES = 3, /* in which laws and hyperplanes are given */
+    HEADSTOCK_MPC_LOOKUP_LAWS = 9, /* distinct laws of the first move */
+    HEADSTOCK_MPC_LOOKUP_NODES = 13, /* inner nodes */
+    HEADSTOCK_MPC_LOOKUP_TREE_DEPTH = 4 /* most nodes on a way to a leaf */
+};
+
+/* All state; the caller owns it, as many as she likes. Members are private. */
+typedef struct {
+    SG_GIVEN int32_t begun; /* SG_BEGUN after init */
+} headstock_mpc_lookup_t;
+
+typedef struct {
+    headstock_real theta[8]; /* in its units [-1e+20 .. 1e+20]: the program's parameter */
+} headstock_mpc_lookup_find_in;
+
+typedef struct {
+    headstock_real move[1]; /* mA [-1000.0 .. 1000.0]: first inputs of the optimum; zero, or the bound next to it, where the status is not OK */
+    int32_t law; /* 1 [-1 .. 8]: which law gave it; -1 for none */
+} headstock_mpc_lookup_find_out;
+
+/* Before anything else: clears the state. */
+void headstock_mpc_lookup_init(headstock_mpc_lookup_t *self);
+
+/* The first move of the optimum for a parameter. */
+sg_status headstock_mpc_lookup_find(headstock_mpc_lookup_t *self, const headstock_mpc_lookup_find_in *in, headstock_mpc_lookup_find_out *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
