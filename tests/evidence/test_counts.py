@@ -35,7 +35,9 @@ def plays() -> tuple[Play, ...]:
 @cache
 def subject() -> Subject:
     package, counts = emit_counted("small", declare_parts(design(SMALL)))
-    return Subject(package, FLOAT64, counts, lambda _: list(plays()[:-1]), lambda _: plays()[-1])
+    return Subject(
+        package, FLOAT64, counts, lambda _: list(plays()[:-1]), lambda _: list(plays()[-1:])
+    )
 
 
 @cache

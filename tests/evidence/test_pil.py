@@ -230,7 +230,7 @@ def subject(precision: str) -> Subject:
             for c in suite(design(variant), 7, count)
         ]
 
-    return Subject(made, PRECISIONS[precision], counts, plays, lambda _: plays(3)[-1])
+    return Subject(made, PRECISIONS[precision], counts, plays, lambda _: plays(3)[-1:])
 
 
 def test_the_first_differing_bit_is_named_with_both_values() -> None:
