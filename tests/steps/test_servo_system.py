@@ -25,6 +25,7 @@ from servogen.steps.prepare import prepare
 from servogen.steps.servo_drive import ServoSystem
 from servogen.steps.servo_run import ServoSimulation, simulate
 from servogen.steps.servo_study import ServoStudy
+from servogen.steps.system import Findings
 from servogen.systems.servo_charts import whole_study
 from servogen.wcet.targets import load_target
 
@@ -214,3 +215,18 @@ def test_a_box_with_more_patterns_than_regions_allowed_is_looked_up_by_clips(
     claims = tree.prove(Silent())
     assert [claim.kind for claim in claims] == ["sample", "sample"]
     assert all(claim.holds for claim in claims)
+
+
+def test_one_input_ahead_is_a_clipped_law(tmp_path: Path) -> None:
+    own = system(
+        tmp_path,
+        ("control_horizon = 3", "control_horizon = 1"),
+        ("trajectory_horizon = 3", "trajectory_horizon = 1"),
+        ('"first_order"', '"zero_order"'),
+    )
+    tree = own.choice.chosen.tree
+    assert tree is not None
+    assert tree.nodes == 1
+    claims = [claim for proof in own.proofs for claim in proof.prove(Silent())]
+    assert [claim.name for claim in claims if not claim.holds] == []
+    assert "Search tree" not in own.page(Findings(simulated(), {"passed": True}))

@@ -50,7 +50,10 @@ def region_claims(choice: Choice) -> list[Claim]:
             claims += [_counted(told, solution), _behind_facets(told, solution)]
         else:
             title = f"{told}: every facet is shared or bounds the feasible set"
-            claims.append(Claim(title, not open_facets and facets > 0, open_facets, 0.0, facets))
+            # a program that nothing bounds has one region, the whole space
+            whole = len(solution.regions) == 1 and not solution.regions[0].k.size
+            cases = 1 if whole else facets
+            claims.append(Claim(title, not open_facets and cases > 0, open_facets, 0.0, cases))
     return claims
 
 
