@@ -35,7 +35,7 @@ static inline sg_real sg_clamp(sg_real x, sg_real low, sg_real high)
     return sg_min(sg_max(x, low), high);
 }
 
-/* As sg_clamp, of what may be a NaN: that becomes `low`. */
+/* As sg_clamp, which makes `low` of a NaN too: here the proof sees that none is left. */
 static inline sg_real sg_clamp_any(sg_real x, sg_real low, sg_real high)
 {
     return (x == x) ? sg_clamp(x, low, high) : low;

@@ -129,3 +129,9 @@ def test_cmake_subdirectory_builds_and_runs(tmp_path):
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
     subprocess.run([str(tmp_path / "build" / "firmware")], check=True)
+
+
+def test_the_bits_of_a_scalar_are_told_where_something_asks():
+    """A macro that nothing reads is against rule 2.5 of MISRA C."""
+    assert "SG_REAL_BITS 64" in package(Variant(horizon=3)).files["core_scalar.h"]
+    assert "SG_REAL_BITS" not in package(Variant(horizon=0)).files["core_scalar.h"]

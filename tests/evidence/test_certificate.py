@@ -17,6 +17,7 @@ from servogen.evidence.certificate import (
     Certificate,
     Wanted,
     entry_of,
+    strangers_in,
 )
 from servogen.evidence.finding import Finding, Origin, evidence_file, keep
 
@@ -122,6 +123,30 @@ def test_the_result_is_that_of_the_worst(states: tuple[str, ...], result: str) -
     assert made.result == result
     assert made.to_json()["result"] == result
     assert made.passed is (result != "failed")
+
+
+def test_c_beside_it_that_is_not_the_build_s_is_named(tmp_path: Path) -> None:
+    files = {"a.c": "int a;\n", "verify/b.c": "int b;\n"}
+    assert strangers_in(files, tmp_path) == ()  # nothing is beside it
+    for name, text in files.items():
+        place = tmp_path / "c" / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text)
+    assert strangers_in(files, tmp_path) == ()
+    (tmp_path / "c" / "a.c").write_text("int a\n;")
+    (tmp_path / "c" / "more.c").write_text("")
+    (tmp_path / "c" / "verify" / "b.c").unlink()
+    assert strangers_in(files, tmp_path) == ("a.c", "more.c", "verify/b.c")
+    whole = certificate(PASSED)
+    assert whole.result == PASSED
+    edited = replace(whole, strangers=("a.c",))
+    assert edited.result == FAILED
+    assert edited.lines()[-1].endswith("is not what this certificate is about: a.c")
+
+
+def test_the_command_told_works_where_it_is_told(tmp_path: Path) -> None:
+    missing = replace(certificate(NOT_RUN), arguments="a/b.toml -o out/b")
+    assert missing.lines()[-1].endswith("servogen check pil a/b.toml -o out/b")
 
 
 def test_what_was_left_out_stands_in_the_one_line(tmp_path: Path) -> None:

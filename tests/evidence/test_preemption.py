@@ -45,6 +45,19 @@ def test_what_else_is_shared_is_found(name: str) -> None:
     assert told in examine_preemption(subject(MPC, made))[0]
 
 
+@pytest.mark.parametrize(
+    ("anchor", "line", "name"),
+    [
+        ("/* The measured states", "static sg_real kept;\n", "pre.c: kept"),
+        (RESULT, "    static sg_real *kept; kept = self->low_x;\n", "pre.c: kept of pre_govern"),
+    ],
+)
+def test_what_is_kept_outside_the_controller_is_found(anchor: str, line: str, name: str) -> None:
+    made = changed(package(MPC), "pre.c", anchor, f"{line}{anchor}")
+    told = f"{name} outlives a call and is no part of the controller"
+    assert told in examine_preemption(subject(MPC, made))[0]
+
+
 def test_an_entry_that_nothing_needs_and_a_pointer_that_is_lost_are_told() -> None:
     made = package(MPC)
     for axis in "xy":

@@ -12,19 +12,21 @@ from core_designs import Variant, design, package, temporary_folder
 from small_bench import bench, changed, subject
 
 from servogen.controllers.cascade_design import declare_parts
-from servogen.emit.driver import contract_file, driver_file, is_driver
+from servogen.emit.driver import contract_file, contract_header, driver_file, is_driver
 from servogen.emit.literals import real_literal
 from servogen.emit.package import CPackage, emit_package
 from servogen.evidence.prove import jobs_of, judge
 from servogen.evidence.prove_bounds import binding, bound_places, judge_bounds
+from servogen.evidence.prove_parts import Job, meddling, other_texts
 from servogen.evidence.prove_read import Proof, read_proof
-from servogen.evidence.prove_run import INPUTS, Job, meddling, prove
+from servogen.evidence.prove_run import INPUTS, prove
 from servogen.evidence.tools import ToolMissing
 from servogen.precision import PRECISIONS
 from servogen.progress import Silent
 
 SMALL = Variant("eva", horizon=3, points=8, ramp=2, cap=12)
 BARE = Variant("eva0", horizon=0, points=5, ramp=0, precision="float32")
+TINY = Variant("eva", horizon=2, points=4, ramp=0, cap=12)
 DOUBLE = Variant("eva0", horizon=0, points=5, ramp=0)
 needs_framac = pytest.mark.skipif(
     shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
@@ -75,7 +77,12 @@ def test_contracts_promise_what_drivers_claim_and_no_more(v):
                 low, high = ends(port, d.precision)
                 assert f"out->{port.name}{'[i]' if port.size else ''} = sg_within" in body
                 assert f"({low}, {high});" in body
-        assert contract.count("assert \\initialized(&self->") == len(d.operations)
+        assert contract.count("&& self->begun == SG_BEGUN;") == len(d.operations)
+        assert contract.count("interval(SG_OK, SG_NOT_READY)") == sum(
+            op.returns_status for op in d.operations
+        )
+        shown = made.files[contract_header(d.prefix)]
+        assert shown.count("SG_GIVEN") == 1 + sum(bool(member.bound) for member in d.state)
         for member in d.state:
             assert (f"self->{member.name}[i] = sg_within" in contract) == bool(member.bound)
             assert (f"<= self->{member.name}[i] <=" in driver) == bool(member.bound)
@@ -92,7 +99,7 @@ def ends(port, precision):
 def test_drivers_are_listed_but_never_compiled():
     made = package(SMALL)
     drivers = [file for file in made.files if is_driver(file)]
-    assert len(drivers) == 1 + 4 + 3  # how to draw, four controllers, three of them used
+    assert len(drivers) == 1 + 4 + 2 * 3  # how to draw, four controllers, three of them used
     assert not set(drivers) & set(made.sources)
     assert set(drivers) <= set(json.loads(made.files["manifest.json"])["files"])
     assert "verify" not in made.files["CMakeLists.txt"]
@@ -105,9 +112,9 @@ def test_drivers_are_clean_c99(v):
     made, folder = package(v), temporary_folder("eva")
     made.write(folder)
     for d in made.declarations:
-        for which in "012":
+        for which in "12":
             command = ["gcc", "-std=c99", "-fsyntax-only", "-Werror", *WARNINGS, "-I."]
-            command += [f"-DSG_EVA_INPUTS={which}", driver_file(d.prefix)]
+            command += [f"-DSG_EVA_INPUTS={which}", "-DSG_GIVEN=", driver_file(d.prefix)]
             command += [contract_file(prefix) for prefix in d.uses]
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stderr
@@ -130,7 +137,7 @@ LOG = """[eva] done for function main
 HEAD = "directory\tfile\tline\tfunction\tproperty kind\tstatus\tproperty\n"
 GOOD = HEAD + (
     "FRAMAC_SHARE/libc\tx.h\t4\tf\tfrom clause\tConsidered valid\tassigns x;\n"
-    "verify\teva_governor_eva.c\t4\tFrama_C_nondet\tpostcondition\tConsidered valid\ta == b\n"
+    "verify\teva_eva.h\t4\tFrama_C_nondet\tpostcondition\tConsidered valid\ta == b\n"
     "verify\teva_governor_eva.c\t50\ttry_step\tuser assertion\tValid\t\\is_finite(out.low_x)\n"
 )
 
@@ -282,6 +289,28 @@ FAULTS = {
         GOVERNOR, "any", "sg_kernels.h",
         "    if (!(x == x)) {\n", "    if (x > x) {\n",
     ),
+    "an index of an input not checked": (  # the count is any int32
+        GOVERNOR, "finite", f"{GOVERNOR}.c",
+        "    int32_t taken = 0;\n",
+        "    int32_t taken = 0;\n    taken = in->n_points + 2147483000;\n    taken = 0;\n",
+    ),
+    "a product of an input not checked": (  # a number is any finite one
+        GOVERNOR, "finite", f"{GOVERNOR}.c",
+        "    int32_t taken = 0;\n",
+        "    int32_t taken = 0;\n    self->least_x[0] = in->x_velocity * 1.0e3f;\n",
+    ),
+    "a case that only a refusal of a part has": (
+        CASCADE, "finite", f"{CASCADE}.c",
+        "    status = sg_worse(status, pushed);\n",
+        "    status = sg_worse(status, pushed);\n"
+        "    self->reference_x[(pushed == SG_OVERFLOW) ? 99999 : 0] = (sg_real)0;\n",
+    ),
+    "an infinity that is clamped away": (
+        GOVERNOR, "finite", f"{GOVERNOR}.c",
+        "    int32_t taken = 0;\n",
+        "    int32_t taken = 0;\n"
+        "    self->least_x[0] = sg_clamp_any(in->x_velocity * 9.0e30f, -1.0f, 1.0f);\n",
+    ),
     "a driver that never calls step": (
         GOVERNOR, "finite", f"verify/{GOVERNOR}_eva.c",
         "            try_step(&self);\n", "",
@@ -289,23 +318,55 @@ FAULTS = {
 }  # fmt: skip
 
 
+INIT = "    eva0_follower_init(&self->fast);\n"
+HANDS = {
+    "an element": "self->fast.path_x[0] = 1.0f;",
+    "a pointer": "eva0_follower_t *part = &self->fast; part->head = 9999;",
+    "an address": "(&self->fast)->head = 9999;",
+    "brackets": "(self->fast).head = 9999;",
+    "a star": "(*self).fast.head = 9999;",
+    "a kernel": "sg_fill(1, 9.0e30f, &self->fast.along);",
+    "a cast": "sg_fill(1, 9.0e30f, (sg_real *)&self->fast);",
+    "a pointer to void": "void *part = &self->fast; sg_real *first = part; first[0] = 9.0e30f;",
+    "the whole": "eva0_follower_t junk; eva0_follower_init(&junk); *(&self->fast) = junk;",
+    "a look": "self->along = self->fast.along;",
+    "what init leaves": "self->fast.begun = 20071;",
+}
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_a_hand_on_the_state_of_a_part_is_seen(name, tmp_path):
+    made = changed(package(BARE), f"{CASCADE}.c", INIT, f"{INIT}    {{ {HANDS[name]} }}\n")
+    made.write(tmp_path)
+    assert meddling(Job(made, made.declarations[-1], "any"), tmp_path)
+
+
+@pytest.mark.parametrize("v", [SMALL, BARE], ids=lambda v: v.prefix)
+def test_the_cascades_leave_their_parts_alone(v, tmp_path):
+    made = package(v)
+    made.write(tmp_path)
+    for d in made.declarations:
+        assert meddling(Job(made, d, "any"), tmp_path) == []
+    assert other_texts(made) == []
+
+
 @pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("sg_bound(ahead_x[i], -eva0_bound_x[i], eva0_bound_x[i])", "self->fast.state_x[i]"),
-        (
-            "    self->planned = 0;\n    self->priming",
-            "    self->fast.head = 0;\n    self->priming",
-        ),
-        ("eva0_follower_init(&self->fast)", "eva0_follower_init((void *)&(self)->fast.path_x[0])"),
-    ],
+    "text", ["#ifndef __FRAMAC__", "#if SG_EVA_INPUTS", "#ifdef SG_OWN_DIVISION"]
 )
-def test_a_hand_on_the_state_of_a_part_is_seen(old, new):
-    made = package(BARE)
-    assert meddling(Job(made, made.declarations[-1], "any")) == []
-    touched = changed(made, f"{CASCADE}.c", old, new)
-    (fault,) = meddling(Job(touched, made.declarations[-1], "any"))
-    assert "touches the state of fast" in fault
+def test_c_that_the_analyser_would_not_see_is_refused(text):
+    made = changed(package(BARE), f"{FAST}.c", "/* The point `along`", f"{text}\n#endif\n/* The")
+    (fault,) = other_texts(made)
+    assert f"{FAST}.c" in fault
+
+
+def test_a_state_within_its_bounds_is_given_as_constant(tmp_path):
+    made = changed(
+        package(SMALL), "eva.c", "eva_mpc_init(&self->mpc_x);",
+        "eva_mpc_init(&self->mpc_x); sg_fill(1, (sg_real)0, self->mpc_x.predicted);",
+    )  # fmt: skip
+    made.write(tmp_path)
+    (fault,) = meddling(Job(made, made.declarations[-1], "any"), tmp_path)
+    assert "qualifier" in fault
 
 
 @needs_framac
@@ -317,6 +378,21 @@ def test_small_controllers_are_proven(prefix, inputs, v):
     assert proof.faults == ()
     assert proof.alarms == {}
     assert proof.proven > 8
+
+
+@needs_framac
+@pytest.mark.parametrize("prefix", ["eva_mpc", "eva"])
+def test_a_predictive_cascade_is_proven(prefix):
+    proof = proof_of(package(TINY), prefix, "any")
+    assert proof.faults == ()
+    assert proof.proven > 8
+
+
+@needs_framac
+def test_a_state_beyond_what_the_contract_gives_is_found():
+    old = "sg_bound(self->predicted[i], -eva_mpc_bound[i], eva_mpc_bound[i])"
+    made = changed(package(TINY), "eva_mpc.c", old, f"((sg_real)2 * {old})")
+    assert any("predicted" in fault for fault in proof_of(made, "eva_mpc", "finite").faults)
 
 
 @needs_framac

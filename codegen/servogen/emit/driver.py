@@ -1,18 +1,20 @@
 """What Frama-C Eva is given of each controller, made from its declaration.
 
 ``verify/<prefix>_eva.c`` calls the controller in every way and claims what it promises,
-``verify/<prefix>_contract.c`` stands for it in the proof of a controller that uses it. Both are
-laid out from the same ports and members, so that what is claimed is what is relied on.
+``verify/<prefix>_contract.c`` and ``.h`` stand for it in the proof of a controller that uses it.
+All are laid out from the same ports and members, so that what is claimed is what is relied on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import jinja2
 
-from servogen.controllers.design import Declaration, Operation, Port
+from servogen.controllers.design import Declaration, Operation, Port, StateField
+from servogen.emit.environment import field_text
 
 FOLDER = "verify"
 LEAST, GREATEST = "-2147483647 - 1", "2147483647"
@@ -26,6 +28,11 @@ def driver_file(prefix: str) -> str:
 def contract_file(prefix: str) -> str:
     """Name in the package."""
     return f"{FOLDER}/{prefix}_contract.c"
+
+
+def contract_header(prefix: str) -> str:
+    """Name in the package."""
+    return f"{FOLDER}/{prefix}_contract.h"
 
 
 def is_driver(file: str) -> bool:
@@ -56,12 +63,12 @@ def driver_files(
             "p": d.prefix,
             "dims": {dim.name: dim.value for dim in d.dimensions},
             "hints": widening_hints(d),
-            "mark": _mark(d),
             "signature": lambda operation, d=d: signature(d, operation),
         }
         files[driver_file(d.prefix)] = local.get_template("eva.c.jinja").render(context)
         if d.prefix in used:
             files[contract_file(d.prefix)] = local.get_template("contract.c.jinja").render(context)
+            files[contract_header(d.prefix)] = _header(local, d, context)
     return files
 
 
@@ -71,10 +78,23 @@ def widening_hints(declaration: Declaration) -> list[int]:
     return sorted(values - {-1})
 
 
-def _mark(declaration: Declaration) -> str:
-    """A number in the state that no caller may read."""
-    member = next(f for f in declaration.state if not f.bound and f.type in ("", "int32_t"))
-    return f"{member.name}[0]" if member.size else member.name
+def _header(
+    environment: jinja2.Environment, declaration: Declaration, context: dict[str, Any]
+) -> str:
+    """The public header, guard and all, with as much of the state as callers may know: whoever
+    touches another member does not compile. With SG_GIVEN ``const``, neither does who writes."""
+    begun = StateField("begun", "SG_BEGUN after init", type="int32_t")
+    given = tuple(f for f in declaration.state if f.bound)
+    shown = replace(declaration, state=(begun, *given), uses=())
+    local = environment.overlay()
+
+    def field(member: StateField, owner: Declaration, real_type: str) -> str:
+        return f"SG_GIVEN {field_text(member, owner, real_type)}"
+
+    local.filters = environment.filters | {"field": field}
+    return local.get_template("controller.h.jinja").render(
+        context | {"d": shown, "P": declaration.prefix.upper()}
+    )
 
 
 def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:

@@ -11,6 +11,7 @@ from servogen.evidence.finding import Origin, kept
 
 SCHEMA = "servogen.certificate/1"
 FILE = "certificate.json"
+C_FOLDER = "c"  # of the C, beside it
 PASSED, FAILED, NOT_RUN, NOT_APPLICABLE = "passed", "failed", "not run", "does not apply"
 
 
@@ -69,7 +70,9 @@ class Entry:
 class Certificate:
     """All entries about the C with these digests (precision -> sha-256 of its files).
 
-    ``precision``: the one that is shipped; ``origin``: the input as it is now.
+    ``precision``: the one that is shipped; ``origin``: the input as it is now; ``strangers``: files
+    in the folder beside it that are not those of this build, see ``strangers_in``; ``arguments``:
+    those of the commands where this was called, the entries' have no folders.
     """
 
     project: str
@@ -79,6 +82,8 @@ class Certificate:
     digests: Mapping[str, str]
     origin: Origin
     entries: tuple[Entry, ...]
+    strangers: tuple[str, ...] = ()
+    arguments: str = ""
 
     def having(self, state: str) -> list[Entry]:
         return [entry for entry in self.entries if entry.state == state]
@@ -86,7 +91,7 @@ class Certificate:
     @property
     def result(self) -> str:
         """``failed`` if any check did, ``passed`` if all that apply did, else ``incomplete``."""
-        if self.having(FAILED):
+        if self.having(FAILED) or self.strangers:
             return FAILED
         if self.having(NOT_RUN) or not self.having(PASSED):
             return "incomplete"
@@ -105,9 +110,13 @@ class Certificate:
         )
         lines = [f"evidence  {self.result}: {counted}"]
         for entry in self.entries:
-            told = f"servogen {entry.command}" if entry.state == NOT_RUN else entry.summary
+            command = f"check {entry.name} {self.arguments}" if self.arguments else entry.command
+            told = f"servogen {command}" if entry.state == NOT_RUN else entry.summary
             why = f"{entry.summary}; " if entry.state == NOT_RUN and entry.summary else ""
             lines.append(f"          {entry.name:<11} {entry.state:<9} {why}{told}")
+        if self.strangers:
+            names = ", ".join(self.strangers)
+            lines.append(f"          {C_FOLDER}/ is not what this certificate is about: {names}")
         return lines
 
     def to_json(self) -> dict[str, object]:
@@ -121,8 +130,23 @@ class Certificate:
             "c_sha256": dict(self.digests),
             "input_sha256": self.origin.digest,
             "input_modified": self.origin.modified,
+            "other_files": list(self.strangers),
             "checks": [entry.to_json() for entry in self.entries],
         }
+
+
+def strangers_in(files: Mapping[str, str], out: Path) -> tuple[str, ...]:
+    """Names of files in ``out``'s folder of C that differ from ``files``, the build's, or that only
+    one of the two has; none if there is no such folder."""
+    folder = out / C_FOLDER
+    if not folder.is_dir():
+        return ()
+    there = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file()}
+    same = {
+        name for name in files.keys() & there.keys()
+        if there[name].read_bytes() == files[name].encode()
+    }  # fmt: skip
+    return tuple(sorted((files.keys() | there.keys()) - same))
 
 
 def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str], origin: Origin) -> Entry:

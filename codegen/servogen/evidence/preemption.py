@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from servogen.evidence.bench import Subject
-from servogen.wcet.access import accesses, shared
+from servogen.wcet.access import accesses, kept_outside, shared
 from servogen.wcet.program import Program
 
 INTERRUPTED, INTERRUPTS = ("predict", "plan"), "fast_step"
@@ -34,6 +34,7 @@ def examine_preemption(subject: Subject) -> tuple[list[str], dict[str, Any]]:
         folder = Path(name)
         program = Program(subject.write(folder), [folder])
         other = accesses(program, f"{prefix}_{INTERRUPTS}")
+        outside = kept_outside(program)
         found = {
             entry: sorted(shared(accesses(program, f"{prefix}_{entry}"), other))
             for entry in INTERRUPTED
@@ -50,6 +51,7 @@ def examine_preemption(subject: Subject) -> tuple[list[str], dict[str, Any]]:
         for member in SAFE
         if member not in every
     ]
+    faults += [f"{name} outlives a call and is no part of the controller" for name in outside]
     if not other.writes:
         faults.append(f"{prefix}_{INTERRUPTS} writes nothing: it was not read")
     return faults, {"interrupts": INTERRUPTS, "shared": found, "safe": SAFE}

@@ -11,8 +11,9 @@ from servogen.evidence.bench import Bench
 from servogen.evidence.children import in_order
 from servogen.evidence.finding import Finding
 from servogen.evidence.prove_bounds import judge_bounds
+from servogen.evidence.prove_parts import Job
 from servogen.evidence.prove_read import Proof
-from servogen.evidence.prove_run import INPUTS, MACHINE, OPTIONS, Job, prove
+from servogen.evidence.prove_run import INPUTS, MACHINE, OPTIONS, prove
 from servogen.evidence.tools import find_tool, version_of
 from servogen.progress import Progress
 
@@ -23,9 +24,10 @@ def run(bench: Bench, progress: Progress) -> Finding:
     """See ``evidence.catalogue``.
 
     Raises:
-        ToolMissing: no Frama-C.
+        ToolMissing: no Frama-C or no gcc.
     """
     find_tool("frama-c", REMEDY)
+    find_tool("gcc", "apt-get install gcc")
     jobs = jobs_of(bench)
     with (
         tempfile.TemporaryDirectory(prefix="servogen-prove-") as scratch,

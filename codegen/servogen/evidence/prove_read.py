@@ -9,7 +9,6 @@ from collections import Counter
 from dataclasses import dataclass
 
 from servogen.controllers.design import Declaration
-from servogen.emit.driver import is_driver
 
 # A split by a variable that is not in scope yet: less precise until it is, never unsound.
 _HARMLESS = ("this partitioning parameter cannot be evaluated safely on all states",)
@@ -20,7 +19,8 @@ _STATEMENTS = re.compile(r"^\s+(\w+): (\d+) stmts out of (\d+) \(", re.MULTILINE
 _REACHABLE = re.compile(r"Syntactically reachable functions = (\d+)")
 _REACHED = re.compile(r"Semantically reached functions = (\d+)")
 _PROVEN, _ASSUMED = "Valid", "Considered valid"
-_EXTERNAL = "Frama_C_"  # the drawing functions of the driver: their contracts are the inputs
+# The drawing functions: their contracts are the inputs, and stand in one file.
+_EXTERNAL = re.compile(r"Frama_C_(?:nondet|interval|float_interval|double_interval)")
 
 
 @dataclass(frozen=True)
@@ -119,18 +119,18 @@ def _unreached(log: str, counted: list[tuple[str, int, int]], d: Declaration) ->
 def _open(rows: list[dict[str, str]]) -> list[dict[str, str]]:
     """Properties that are neither shown nor part of the question."""
     return [row for row in rows if row["status"] not in (_PROVEN, _ASSUMED, "Dead")] + [
-        row
-        for row in rows
-        if row["status"] == "Dead"
-        and is_driver(f"{row['directory']}/")
-        and row["file"][-2:] == ".c"
+        row for row in rows if row["status"] == "Dead" and row["file"].endswith("_eva.c")
     ]
 
 
 def _untrusted(rows: list[dict[str, str]]) -> list[dict[str, str]]:
     """What is assumed, in the package's files, beyond the drawing of inputs."""
     assumed = [row for row in rows if row["status"] == _ASSUMED and _is_own(row)]
-    return [row for row in assumed if not row["function"].startswith(_EXTERNAL)]
+    return [
+        row
+        for row in assumed
+        if not (_EXTERNAL.fullmatch(row["function"]) and row["file"].endswith("_eva.h"))
+    ]
 
 
 def _is_own(row: dict[str, str]) -> bool:

@@ -6,13 +6,12 @@ part in its own run, for inputs of the same kind."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from servogen.controllers.design import Declaration, Status
 from servogen.emit.driver import contract_file, driver_file
-from servogen.emit.package import CPackage
+from servogen.evidence.prove_parts import Job, meddling, other_texts
 from servogen.evidence.prove_read import Proof, read_proof
 from servogen.evidence.tools import run_tool
 
@@ -35,20 +34,6 @@ OPTIONS = (
 )
 
 
-@dataclass(frozen=True)
-class Job:
-    """One run: a controller on the contracts of the parts it calls, for one kind of inputs."""
-
-    package: CPackage
-    declaration: Declaration
-    inputs: str
-    machine: str = MACHINE
-
-    @property
-    def precision(self) -> str:
-        return self.declaration.precision.name
-
-
 def command(job: Job, whole: str, report: str) -> list[str]:
     """Every loop is unrolled that Eva can bound by the largest of the package's dimensions: all but
     the solver's, which has more than one way out and is taken to its fixpoint."""
@@ -57,8 +42,8 @@ def command(job: Job, whole: str, report: str) -> list[str]:
     return [
         "frama-c",
         *OPTIONS,
-        f"-machdep={job.machine}",
-        f"-cpp-extra-args=-I. -DSG_EVA_INPUTS={which}",
+        f"-machdep={MACHINE}",
+        f"-cpp-extra-args=-I. -DSG_EVA_INPUTS={which} -DSG_GIVEN=",
         f"-warn-special-float={special}",
         f"-eva-auto-loop-unroll={largest}",
         f"-eva-split-limit={max(largest, len(Status))}",
@@ -72,7 +57,8 @@ def command(job: Job, whole: str, report: str) -> list[str]:
 
 def whole_text(job: Job) -> str:
     """The contracts, the controller and its driver as one unit: the kernels are in it once, and
-    what Eva keeps apart by a variable of a kernel is kept apart once."""
+    what Eva keeps apart by a variable of a kernel is kept apart once. The contracts' headers come
+    first and keep the parts' own out: their guards are the same."""
     files = [
         *(contract_file(prefix) for prefix in job.declaration.uses),
         f"{job.declaration.prefix}.c",
@@ -87,28 +73,13 @@ def _sizes(declaration: Declaration) -> list[int]:
     return [*(dim.value for dim in declaration.dimensions), *ports]
 
 
-def meddling(job: Job) -> list[str]:
-    """Places where a controller touches the state of a part otherwise than by copying from a member
-    that its contract gives: the proof of the part knows the part's own calls only."""
-    file = f"{job.declaration.prefix}.c"
-    given = {d.prefix: [f.name for f in d.state if f.bound] for d in job.package.declarations}
-    parts = {f.name: given[f.type] for f in job.declaration.state if f.type in given}
-    faults = []
-    for number, line in enumerate(job.package.files[file].splitlines(), 1):
-        for part, members in parts.items():
-            known = "|".join(members) or "(?!)"
-            read = re.sub(rf"\bsg_copy\(\w+, self->{part}\.(?:{known}), ", "", line)
-            if re.search(rf"->\s*{part}\s*(?!,|\))", read.replace(f"&self->{part}", "")):
-                faults.append(f"{file}:{number}: touches the state of {part}: {line.strip()}")
-    return faults
-
-
 def prove(job: Job, folder: Path) -> Proof:
     """Run Eva in ``folder``, which holds the package, and read what it says."""
-    name = f"{job.declaration.prefix}_{job.inputs}_{job.machine}"
+    name = f"{job.declaration.prefix}_{job.inputs}"
     whole, path = folder / f"{name}.c", folder / f"{name}.csv"
     whole.write_text(whole_text(job), encoding="utf-8")
     done = run_tool(command(job, whole.name, path.name), folder)
     table = path.read_text(encoding="utf-8") if path.is_file() else ""
     proof = read_proof(done.returncode, done.stdout + done.stderr, table, job.declaration)
-    return replace(proof, faults=(*meddling(job), *proof.faults))
+    broken = [*other_texts(job.package), *meddling(job, folder)]
+    return replace(proof, faults=(*broken, *proof.faults))

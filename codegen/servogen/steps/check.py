@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -13,7 +14,7 @@ from servogen import __version__, evidence
 from servogen.controllers.cascade_design import CascadeDesign
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.catalogue import CHECKS
-from servogen.evidence.certificate import FILE, Certificate, Wanted, entry_of
+from servogen.evidence.certificate import FILE, Certificate, Wanted, entry_of, strangers_in
 from servogen.evidence.finding import Finding, Origin, keep
 from servogen.jsontext import json_text
 from servogen.outputs import write_file
@@ -94,6 +95,8 @@ def certify(prepared: Prepared, out: Path) -> Certificate:
         digests=digests,
         origin=origin,
         entries=tuple(entry_of(one, out, digests, origin) for one in wanted),
+        strangers=strangers_in(prepared.package.files, out),
+        arguments=shlex.join([str(project.file), "-o", str(out)]),
     )
     write_file(out / FILE, json_text(certificate.to_json()))
     return certificate

@@ -15,6 +15,7 @@ from servogen.wcet.ctype import Array, Pointer, decay
 from servogen.wcet.program import Definition, Program
 from servogen.wcet.refusal import refuse
 from servogen.wcet.typed import TypedFunction
+from servogen.wcet.unit import object_qualifiers
 
 Place = tuple[str, ...]  # names of members, from the controller inwards; () is all of it
 Places = frozenset[Place]
@@ -209,3 +210,31 @@ _EXPRESSIONS = (
     c_ast.Constant,
     c_ast.ExprList,
 )
+
+
+def kept_outside(program: Program) -> list[str]:
+    """Objects that outlive a call and can be written, other than the controller: nothing that is
+    written to them is among the ``accesses``. ``file: name`` of each."""
+    found = [
+        f"{unit.source.name}: {name}"
+        for unit in program.units
+        for name, each in unit.globals.items()
+        if not each.constant
+    ]
+    for definition in program.definitions.values():
+        found += [
+            f"{definition.unit.source.name}: {name} of {definition.node.decl.name}"
+            for name in _static_variables(definition.node.body)
+        ]
+    return sorted(set(found))
+
+
+def _static_variables(node: c_ast.Node) -> list[str]:
+    found = []
+    for _, child in node.children():
+        if isinstance(child, c_ast.Decl) and "static" in child.storage:
+            if "const" not in object_qualifiers(child.type):
+                found.append(child.name)
+        else:
+            found += _static_variables(child)
+    return found

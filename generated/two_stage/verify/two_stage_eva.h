@@ -14,8 +14,10 @@
 #include "two_stage_scalar.h"
 
 #ifndef SG_EVA_INPUTS
-#define SG_EVA_INPUTS 0
+#define SG_EVA_INPUTS 1
 #endif
+
+enum { SG_BEGUN = 20071 }; /* what the state of a part holds after its init */
 
 /*@ assigns \result \from a, b;
     ensures \result == a || \result == b; */

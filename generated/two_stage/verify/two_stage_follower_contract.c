@@ -5,10 +5,10 @@
  *
  * What callers of two_stage_follower may rely on, for Frama-C Eva in place of two_stage_follower.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
- * read, within their tables. All others stay unwritten but for path_x[0], which init
- * writes: no call is allowed before. two_stage_follower_eva.c is the proof that the C keeps to this.
+ * read, within their tables. The state has no other members here but for one that init writes: no call
+ * is allowed before. two_stage_follower_eva.c is the proof that the C keeps to this.
  */
-#include "two_stage_follower.h"
+#include "two_stage_follower_contract.h"
 #include "two_stage_eva.h"
 
 static void two_stage_follower_anything(two_stage_follower_t *self)
@@ -18,13 +18,13 @@ static void two_stage_follower_anything(two_stage_follower_t *self)
 
 void two_stage_follower_init(two_stage_follower_t *self)
 {
-    self->path_x[0] = 0;
+    self->begun = SG_BEGUN;
     two_stage_follower_anything(self);
 }
 
 sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_follower_reset_in *in)
 {
-    /*@ assert \initialized(&self->path_x[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->position_x) && (SG_EVA_INPUTS == 2 || \is_finite(in->position_x)); */ ;
     /*@ assert \initialized(&in->position_y) && (SG_EVA_INPUTS == 2 || \is_finite(in->position_y)); */ ;
@@ -34,7 +34,7 @@ sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_f
 
 sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_follower_push_in *in)
 {
-    /*@ assert \initialized(&self->path_x[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     for (int i = 0; i < 150; i++) {
         /*@ assert \initialized(&in->points_x[i]) && (SG_EVA_INPUTS == 2 || \is_finite(in->points_x[i])); */ ;
@@ -49,7 +49,7 @@ sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_fo
 
 sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_follower_begin_in *in, two_stage_follower_begin_out *out)
 {
-    /*@ assert \initialized(&self->path_x[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->x_position) && (SG_EVA_INPUTS == 2 || \is_finite(in->x_position)); */ ;
     /*@ assert \initialized(&in->x_velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->x_velocity)); */ ;
@@ -66,14 +66,14 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
 
 void two_stage_follower_room(const two_stage_follower_t *self, two_stage_follower_room_out *out)
 {
-    /*@ assert \initialized(&self->path_x[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)self;
     out->points = sg_within_count(0, 150);
 }
 
 void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step_out *out)
 {
-    /*@ assert \initialized(&self->path_x[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     two_stage_follower_anything(self);
     out->command_x = sg_within(-0.042, 0.042);
     out->command_y = sg_within(-0.042, 0.042);

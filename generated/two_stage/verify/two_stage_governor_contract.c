@@ -5,10 +5,10 @@
  *
  * What callers of two_stage_governor may rely on, for Frama-C Eva in place of two_stage_governor.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
- * read, within their tables. All others stay unwritten but for least_x[0], which init
- * writes: no call is allowed before. two_stage_governor_eva.c is the proof that the C keeps to this.
+ * read, within their tables. The state has no other members here but for one that init writes: no call
+ * is allowed before. two_stage_governor_eva.c is the proof that the C keeps to this.
  */
-#include "two_stage_governor.h"
+#include "two_stage_governor_contract.h"
 #include "two_stage_eva.h"
 
 static void two_stage_governor_anything(two_stage_governor_t *self)
@@ -18,13 +18,13 @@ static void two_stage_governor_anything(two_stage_governor_t *self)
 
 void two_stage_governor_init(two_stage_governor_t *self)
 {
-    self->least_x[0] = 0;
+    self->begun = SG_BEGUN;
     two_stage_governor_anything(self);
 }
 
 sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_governor_step_in *in, two_stage_governor_step_out *out)
 {
-    /*@ assert \initialized(&self->least_x[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->x_position) && (SG_EVA_INPUTS == 2 || \is_finite(in->x_position)); */ ;
     /*@ assert \initialized(&in->x_velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->x_velocity)); */ ;

@@ -5,10 +5,10 @@
  *
  * What callers of two_stage_mpc may rely on, for Frama-C Eva in place of two_stage_mpc.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
- * read, within their tables. All others stay unwritten but for plan[0], which init
- * writes: no call is allowed before. two_stage_mpc_eva.c is the proof that the C keeps to this.
+ * read, within their tables. The state has no other members here but for one that init writes: no call
+ * is allowed before. two_stage_mpc_eva.c is the proof that the C keeps to this.
  */
-#include "two_stage_mpc.h"
+#include "two_stage_mpc_contract.h"
 #include "two_stage_eva.h"
 #include "two_stage_mpc_tables.h"
 
@@ -22,13 +22,13 @@ static void two_stage_mpc_anything(two_stage_mpc_t *self)
 
 void two_stage_mpc_init(two_stage_mpc_t *self)
 {
-    self->plan[0] = 0;
+    self->begun = SG_BEGUN;
     two_stage_mpc_anything(self);
 }
 
 sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_in *in)
 {
-    /*@ assert \initialized(&self->plan[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     two_stage_mpc_anything(self);
@@ -37,7 +37,7 @@ sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_i
 
 sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in *in)
 {
-    /*@ assert \initialized(&self->plan[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->command) && (SG_EVA_INPUTS == 2 || \is_finite(in->command)); */ ;
     two_stage_mpc_anything(self);
@@ -46,7 +46,7 @@ sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in 
 
 sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_mpc_candidate_in *in, two_stage_mpc_candidate_out *out)
 {
-    /*@ assert \initialized(&self->plan[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     /*@ assert \initialized(&in->velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->velocity)); */ ;
@@ -60,7 +60,7 @@ sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_m
 
 sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in *in, two_stage_mpc_step_out *out)
 {
-    /*@ assert \initialized(&self->plan[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     /*@ assert \initialized(&in->velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->velocity)); */ ;
@@ -82,7 +82,7 @@ sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in 
 
 sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in *in, two_stage_mpc_hold_out *out)
 {
-    /*@ assert \initialized(&self->plan[0]); */ ;
+    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)in;
     /*@ assert \initialized(&in->reference) && (SG_EVA_INPUTS == 2 || \is_finite(in->reference)); */ ;
     two_stage_mpc_anything(self);
