@@ -10,6 +10,8 @@ from servo_designs import Axis, package, parts
 
 from servogen.emit.package import CPackage
 from servogen.evidence.bench import Bench, Subject
+from servogen.evidence.coverage import Covered, cover
+from servogen.evidence.coverage_list import reviewed
 from servogen.precision import PRECISIONS
 from servogen.sil.player import Play
 from servogen.sil.recorder import Recorder
@@ -17,6 +19,13 @@ from servogen.sil.servo_scenarios import servo_suite
 from servogen.steps.counted import count_emitted
 
 SEED = 11
+# Between them they make every line of the templates of a servo axis.
+AXES = {
+    "headstock": Axis("ev64", moves=2),
+    "slide": Axis("es32", "slide", "float32", notch=False),
+    "pair": Axis("ep64", "pair"),
+}
+STEPS = 400
 
 
 def loop(axis: Axis, samples: int) -> Play:
@@ -68,6 +77,13 @@ def subject(axis: Axis, made: CPackage | None = None) -> Subject:
 @cache
 def counts(axis: Axis):
     return count_emitted(package(axis))
+
+
+@cache
+def covered(name: str) -> Covered:
+    """What the suite and the closed loop reach of one of ``AXES``."""
+    one = subject(AXES[name])
+    return cover(one, [*one.suite(STEPS), *one.closed_loops(None)], reviewed())
 
 
 def bench(axis: Axis) -> Bench:

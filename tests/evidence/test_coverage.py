@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 from core_designs import Variant, package
+from servo_bench import AXES
+from servo_bench import covered as on_servo
 from small_bench import bench, changed, subject
-from test_servo_evidence import AXES
-from test_servo_evidence import covered as on_servo
 
 from servogen.emit.package import emit_package
 from servogen.errors import CheckFailed, InputError

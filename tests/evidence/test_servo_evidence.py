@@ -4,39 +4,24 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
-from functools import cache
 
 import pytest
 from core_designs import temporary_folder
-from servo_bench import bench, subject
+from servo_bench import AXES, bench, covered, subject
 from servo_designs import Axis, package
 from small_bench import changed
 
 from servogen.emit.package import CPackage
 from servogen.evidence import counts, misra, sanitizers
-from servogen.evidence.coverage import Covered, cover
-from servogen.evidence.coverage_list import reviewed
 from servogen.evidence.prove_bounds import judge_bounds
 from servogen.evidence.prove_run import INPUTS, Job, prove
 from servogen.progress import Silent
 
 pytestmark = pytest.mark.xdist_group("servo evidence")
-HEAD = Axis("ev64", moves=2)
-AXES = {
-    "headstock": HEAD,
-    "slide": Axis("es32", "slide", "float32", notch=False),
-    "pair": Axis("ep64", "pair"),
-}
-STEPS = 400
+HEAD = AXES["headstock"]
 needs_framac = pytest.mark.skipif(
     shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
 )
-
-
-@cache
-def covered(name: str) -> Covered:
-    one = subject(AXES[name])
-    return cover(one, [*one.suite(STEPS), *one.closed_loops(None)], reviewed())
 
 
 @pytest.mark.parametrize("name", AXES)

@@ -17,6 +17,7 @@ from servogen.jsontext import json_text
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Silent
 from servogen.project.systems import load_any_project
+from servogen.sets.errors import SetError
 from servogen.sil.harness import Stepwise
 from servogen.steps import two_stage
 from servogen.steps.check import titles, titles_of
@@ -26,6 +27,7 @@ from servogen.steps.servo_drive import ServoSystem
 from servogen.steps.servo_run import ServoSimulation, simulate
 from servogen.steps.servo_study import ServoStudy
 from servogen.steps.system import Findings
+from servogen.systems import servo_drive
 from servogen.systems.servo_charts import whole_study
 from servogen.wcet.targets import load_target
 
@@ -230,3 +232,14 @@ def test_one_input_ahead_is_a_clipped_law(tmp_path: Path) -> None:
     claims = [claim for proof in own.proofs for claim in proof.prove(Silent())]
     assert [claim.name for claim in claims if not claim.holds] == []
     assert "Search tree" not in own.page(Findings(simulated(), {"passed": True}))
+
+
+def test_numbers_that_settle_nothing_are_the_user_s_to_know(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def given_out(*_: object) -> None:
+        raise SetError("constraints", None, "a linear program that solves")
+
+    monkeypatch.setattr(servo_drive, "choose", given_out)
+    with pytest.raises(InputError, match=r"controller.mpc is a program whose regions"):
+        system(tmp_path)

@@ -214,6 +214,23 @@ def _rows(
     return picked
 
 
+def _transposed(rows: FloatArray, objectives: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """(batch, n) x of rows' x = objective, and which there are: one whose determinant is a trace
+    above zero may still meet a pivot of zero when it is factored the other way round."""
+    flipped, whole = rows.transpose(0, 2, 1), np.ones(len(rows), dtype=bool)
+    try:
+        solved = np.linalg.solve(flipped, objectives[:, :, None])
+    except np.linalg.LinAlgError:
+        solved = np.zeros((*objectives.shape, 1))
+        for i, (matrix, objective) in enumerate(zip(flipped, objectives, strict=True)):
+            try:
+                solved[i, :, 0] = np.linalg.solve(matrix, objective)
+            except np.linalg.LinAlgError:
+                whole[i] = False
+    duals: FloatArray = solved[:, :, 0].astype(np.float64)
+    return duals, whole
+
+
 def _verified(
     h: FloatArray, shared: FloatArray | None, k: FloatArray, objectives: FloatArray,
     signs: FloatArray, basis: IntArray, optimal: BoolArray, wall: float,
@@ -233,7 +250,8 @@ def _verified(
     settled = optimal & (np.abs(np.linalg.det(rows)) > 0.0)
     rows[~settled] = np.eye(n)
     points: FloatArray = np.linalg.solve(rows, held[:, :, None])[:, :, 0].astype(np.float64)
-    duals = np.linalg.solve(rows.transpose(0, 2, 1), objectives[:, :, None])[:, :, 0]
+    duals, whole = _transposed(rows, objectives)
+    settled &= whole
     size = 1.0 + np.max(np.abs(duals), axis=1)
     settled &= np.min(duals, axis=1) >= -LP_RESIDUAL * size
     # far out, the rows lose the digits that the point's size takes

@@ -24,12 +24,18 @@ def mpc_calls(parts: ServoParts, rng: np.random.Generator, count: int) -> Iterat
     own, plant = parts.controller(), design.problem.plant
     m, taken = plant.outputs, design.problem.horizons.trajectory
     start: FloatArray = np.zeros(m)
-    state, path = np.zeros(plant.order), np.zeros((0, m))
+    path: FloatArray = np.zeros((0, m))
+    state = np.zeros(plant.order)
     for index in range(count):
         if index % _STRETCH == 0:
             start = _place(rng, design.reach, m)
-            state = np.zeros(plant.order)
-            path = start + _motion(rng, _STRETCH + taken + 1, m, _swing(design.reach))
+            path = _motion(rng, _STRETCH + taken + 1, m, _swing(design.reach))
+            signal = design.problem.constraints.signal
+            if signal is not None and rng.random() < 0.5:  # beyond the bounds of (12)
+                side = rng.choice([-1.0, 1.0])
+                start = side * (signal.bounds.upper - 0.3 * _swing(design.reach))
+                path = side * np.abs(path)
+            path = start + path
             reset = Call("reset", {"position": _port(_told(start, design.turn, design.reach))})
             own.call(reset.operation, reset.inputs)
             yield reset
@@ -92,11 +98,11 @@ def _motion(rng: np.random.Generator, samples: int, m: int, size: float) -> Floa
     kind = int(rng.integers(4))
     shape = (
         np.zeros(samples),
-        np.where(time > 0.3, 1.0, 0.0),
+        np.where(time > 0.1, 1.0, 0.0),
         time,
         np.sin(2.0 * np.pi * float(rng.choice([1.0, 3.0, 10.0])) * time),
     )[kind]
-    scale = size * rng.choice([-1.0, 1.0], m) * 10.0 ** rng.uniform(-3.0, 0.0)
+    scale = size * rng.choice([-1.0, 1.0], m) * 10.0 ** min(rng.uniform(-3.0, 1.0), 0.0)
     result: FloatArray = shape[:, None] * scale
     return result
 

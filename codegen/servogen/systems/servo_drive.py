@@ -31,6 +31,7 @@ from servogen.progress import Progress
 from servogen.project.servo_load import ServoProject
 from servogen.project.servo_schema import DesignModel, MatricesDrive, PidTable
 from servogen.qp.errors import ProgramError
+from servogen.sets.errors import SetError
 
 # A design's quantity and the key of the file that it comes from.
 _KEYS = {
@@ -211,6 +212,11 @@ def lookup_choice(
         return choose(program.qp, limits.max_regions, limits.search_nodes, progress)
     except ProgramError as error:
         raise _unsolved(servo, error) from error
+    except SetError as error:
+        # a linear program among its regions that neither of two solvers settles
+        said = "a program whose regions its numbers do not tell apart"
+        expected = "fewer constraints, or a shorter prediction_horizon for position_bound_deg"
+        raise servo.project.fault("controller.mpc", said, expected) from error
 
 
 def servo_parts(
