@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servogen.explicit.cones import cone_of, cut, homogeneous, sides
-from servogen.explicit.small_lp import greatest, greatest_many, inner_ball, inner_balls
+from servogen.explicit.small_lp import (
+    _transposed,
+    greatest,
+    greatest_many,
+    inner_ball,
+    inner_balls,
+)
 from servogen.sets.errors import SetError
 from servogen.sets.polyhedron import chebyshev_centre, maximise
 
@@ -124,3 +130,10 @@ def test_unbounded_sets_know_their_sides() -> None:
     below, above = sides(wedge, homogeneous(np.array([[1.0, 2.0]]), np.array([0.0])))
     assert below[0]
     assert not above[0]
+
+
+def test_one_singular_basis_spoils_no_other() -> None:
+    rows = np.array([[[2.0, 1.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]]])
+    solved, whole = _transposed(rows, np.array([[2.0, 3.0], [1.0, 2.0]]))
+    assert whole.tolist() == [True, False]
+    np.testing.assert_allclose(rows[0].T @ solved[0], [2.0, 3.0])
