@@ -14,6 +14,11 @@ from servogen.errors import CheckFailed
 from servogen.evidence.children import in_order
 from servogen.evidence.tools import run_tool
 
+# A job in the background of a script begins with SIGINT ignored; one at a keyboard does not.
+LISTEN = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+"""
 SCRIPT = """
 import sys, time, types
 import servogen
@@ -43,7 +48,7 @@ def test_a_real_signal_ends_with_one_line_status_130_and_the_old_output(
     out.mkdir()
     (out / "manifest.json").write_text('{"schema": "servogen.manifest/1"}')
     process = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, str(small), str(out)],
+        [sys.executable, "-c", LISTEN + SCRIPT, str(small), str(out)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -102,7 +107,7 @@ def test_an_interrupted_check_ends_the_tools_of_all_its_threads(
     """Two of six run, each with a child of its own; none of the others is begun."""
     places = tmp_path / "pids"
     process = subprocess.Popen(
-        [sys.executable, "-c", POOL, str(small), str(places)],
+        [sys.executable, "-c", LISTEN + POOL, str(small), str(places)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
