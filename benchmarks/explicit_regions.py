@@ -5,7 +5,7 @@
 Both get the same program with the same eight parameters; PPOPT gets it with all of them scaled to
 one, which is in its favour, and is asked for its combinatorial algorithm, which is its default.
 Printed: regions of both, whether the active sets are the same, the median time of ours over a few
-runs, PPOPT's time, and their ratio.
+runs, PPOPT's time, and their ratio. Status 1 where the sets differ or the ratio is below twenty.
 """
 
 from __future__ import annotations
@@ -23,9 +23,11 @@ from ppopt_peer import ppopt_active_sets
 from servogen.explicit.explore import solve
 
 RUNS = 5
+LEAST_RATIO = 20.0
 
 
-def main() -> None:
+def main() -> int:
+    well = True
     for moves in [int(word) for word in sys.argv[1:]] or [3, 4, 5]:
         problem = servo_drive(moves, moves, inside_box=True)
         times = []
@@ -43,7 +45,9 @@ def main() -> None:
             f"{1e3 * median(times):.0f} ms against {spent:.2f} s, "
             f"{spent / median(times):.0f} times faster"
         )
+        well = well and ours == theirs and spent >= LEAST_RATIO * median(times)
+    return 0 if well else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

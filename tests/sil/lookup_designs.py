@@ -24,7 +24,12 @@ from servogen.sil.build import compile_package
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "explicit"))
 
-from explicit_problems import double_integrator, regulator_2002, servo_drive
+from explicit_problems import (
+    double_integrator,
+    regulator_2002,
+    servo_drive,
+    transport,
+)
 
 PERIOD = 500e-6
 
@@ -53,6 +58,8 @@ CASES = {
         Case("two", "two moves", "law tree"),
         Case("lopsided", "lopsided", "recursive clips"),
         Case("onesided", "one-sided", "law tree"),
+        Case("paper", "example of 2002", "clip tree"),
+        Case("transport", "transport", "law tree"),
     )
 }
 
@@ -67,6 +74,10 @@ def program(name: str) -> ParametricQP:
             return servo_drive(1, 1)
         case "double integrator":
             return double_integrator(5)
+        case "example of 2002":
+            return regulator_2002()
+        case "transport":
+            return transport()
         case "two moves":
             qp = regulator_2002()
             return parametric_qp(

@@ -106,7 +106,7 @@ def _gain(form: VelocityForm, reach: FloatArray, measurement: FloatArray) -> Flo
     unit = np.eye(c.shape[0])
     try:
         p = scipy.linalg.solve_discrete_are(form.a.T, c.T, noise, unit)
-    except np.linalg.LinAlgError:
+    except (np.linalg.LinAlgError, ValueError):  # the latter where the pencil is not told apart
         raise DesignError("plant", None, "one whose Riccati equation has a solution") from None
     seen = c @ p @ c.T + unit
     gain = np.linalg.solve(seen, c @ p).T

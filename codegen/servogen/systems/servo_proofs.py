@@ -1,7 +1,8 @@
 """What is claimed of a servo drive's lookup, proved on its regions, its trees and its tables.
 
-Nothing here was used to make them: regions are held against points and the program's own solver,
-trees are descended with every region, tables are compared with the tree that was proved.
+Trees are descended with every region, tables are compared with the tree that was proved. The
+regions of a box are counted against the closed form; those of another program are what the search
+itself says of them, held against points and an independent solver: no proof that none is missing.
 """
 
 from __future__ import annotations
