@@ -184,7 +184,11 @@ class LookupTable(Section):
 
     max_regions: Annotated[
         int,
-        Field(ge=1, le=1_000_000, description="critical regions beyond which a program is refused"),
+        Field(
+            ge=1,
+            le=1_000_000,
+            description="critical regions beyond which a form of the lookup is left out; refused if none is left",
+        ),
     ] = 5000
     search_nodes: Annotated[
         int,
