@@ -187,7 +187,8 @@ class LookupTable(Section):
         Field(
             ge=1,
             le=1_000_000,
-            description="critical regions beyond which a form of the lookup is left out; refused if none is left",
+            description="critical regions beyond which a form of the lookup is left out; "
+            "refused if none is left",
         ),
     ] = 5000
     search_nodes: Annotated[
