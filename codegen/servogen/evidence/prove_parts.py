@@ -63,7 +63,7 @@ def meddling(job: Job, folder: Path) -> list[str]:
     text = _COMMENT.sub("", job.package.files[own])
     faults = [f"{own}: a way round the types: {found[0]}" for found in _ROUND.finditer(text)]
     includes = [*(contract_header(prefix) for prefix in d.uses), own]
-    unit = folder / f"{d.prefix}_on_contracts.c"
+    unit = folder / f"{d.prefix}_{job.inputs}_on_contracts.c"
     unit.write_text("".join(f'#include "{file}"\n' for file in includes), encoding="utf-8")
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wcast-qual", "-Werror", "-DSG_GIVEN=const", "-I."]
     done = run_tool(["gcc", *flags, "-fsyntax-only", unit.name], folder)
