@@ -1,0 +1,324 @@
+"""A dual active-set method with a factor that is kept up to date: the reference of the emitted one.
+
+For min 1/2 z'Hz + f'z subject to low <= A z <= high. With W the working set, a_i its rows with the
+sign of the side at which they hold, S = A_W H^-1 A_W' = L D L' and V = H^-1 A_W',
+
+    z = z_unc - V lambda,    S (lambda* - lambda) = A_W z - b_W.
+
+The multipliers lambda* at which the rows of W hold are found from what they miss at present, so that
+whatever rounding leaves of one step, the next one takes away. One iteration is one of three things,
+and every one of them raises the dual cost or shortens W:
+
+  * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
+  * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
+  * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
+    along S r = c, until one of them vanishes and leaves. If none falls, no z keeps all rows.
+
+A row is appended only if it is violated by more than ``accept``, so the full step that follows
+raises the dual cost by at least accept^2 / (2 a'H^-1 a), and between two full steps rows are only
+dropped: without rounding no working set comes back, whatever set the method began with. Rounding is
+what the cap is for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servogen.precision import FloatArray
+from servogen.qp.ordered import dot, matvec
+from servogen.qp.row_tables import RowTables
+
+
+@dataclass(frozen=True)
+class ActiveSetTables:
+    """Tables in the target precision.
+
+    Attributes:
+        inverse: (N, N) H^-1.
+        rows: A.
+        norm: (m,) square root of a'H^-1 a of every row.
+        dependent: share of norm^2 at or below which what the working set leaves of a row is taken
+            for rounding.
+        falls: share of its norm by which a row must hold another one to fall with it.
+        accept: violation of a bound that is accepted.
+        cap: iterations.
+        keep: a working set of at least so many rows stays as it is at the next call, factor and
+            all; a smaller one is shifted by one sample and factored anew.
+    """
+
+    inverse: FloatArray
+    rows: RowTables
+    norm: FloatArray
+    dependent: np.floating
+    falls: np.floating
+    accept: np.floating
+    cap: int
+    keep: int
+
+
+@dataclass
+class WorkingSet:
+    """What one call leaves to the next: the working set, its factor and its vectors.
+
+    Attributes:
+        size: q, rows in the set. row, side: (N,) which, and 1 for the upper side, -1 the lower.
+        factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters. pivots: (N,) 1 / D.
+        vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
+        slot: (N,) where a row of the set has its vector; the rest are free.
+        dual: (N,) multipliers.
+    """
+
+    size: int
+    row: list[int]
+    side: list[int]
+    slot: list[int]
+    factor: FloatArray
+    pivots: FloatArray
+    vectors: FloatArray
+    dual: FloatArray
+
+
+def empty_set(tables: ActiveSetTables) -> WorkingSet:
+    """No row, for a first call."""
+    n, real = tables.rows.variables, tables.inverse.dtype
+    return WorkingSet(
+        0, [0] * n, [1] * n, list(range(n)),
+        np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros((n, n), real), np.zeros(n, real),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ActiveSetResult:
+    """``z`` (N,), the optimum if ``optimal``; ``infeasible``: a row that none of the others can
+    make room for was met; neither: the cap. ``iterations``: at most the cap; 0 where the
+    unconstrained optimum keeps all rows."""
+
+    z: FloatArray
+    optimal: bool
+    infeasible: bool
+    iterations: int
+    active: tuple[int, ...] = field(default=())
+
+
+def solve(
+    tables: ActiveSetTables, work: WorkingSet, free: FloatArray, low: FloatArray, high: FloatArray
+) -> ActiveSetResult:
+    """The optimum from the unconstrained one, ``free`` (N,), with ``low``, ``high`` (m,).
+
+    All in the tables' precision; ``work`` is the last call's and is left for the next one.
+    """
+    method = _Method(tables, work, free, tables.rows.product(free), low, high)
+    worst = method.worst(method.free_rows)
+    if worst is None:
+        work.size = 0
+        return ActiveSetResult(free, True, False, 0)
+    method.begin()
+    return method.run()
+
+
+class _Method:
+    """One call."""
+
+    def __init__(
+        self, tables: ActiveSetTables, work: WorkingSet, free: FloatArray, free_rows: FloatArray,
+        low: FloatArray, high: FloatArray,
+    ) -> None:  # fmt: skip
+        self.tables, self.work = tables, work
+        self.free, self.free_rows, self.low, self.high = free, free_rows, low, high
+        self.real = tables.inverse.dtype.type
+        self.zero, self.one = self.real(0.0), self.real(1.0)
+        self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
+
+    def worst(self, rows: FloatArray) -> tuple[int, int] | None:
+        """Row and side of the largest violation beyond ``accept``; of equal ones the first row,
+        its upper side before its lower."""
+        above, below = rows - self.high, self.low - rows
+        excess = np.maximum(above, below)
+        i = int(np.argmax(excess))
+        if not excess[i] > self.tables.accept:
+            return None
+        return i, 1 if above[i] >= below[i] else -1
+
+    def begin(self) -> None:
+        """The last call's working set, as it is or one sample on."""
+        work = self.work
+        if work.size < self.tables.keep:
+            old = [(work.row[j], work.side[j]) for j in range(work.size)]
+            work.size = 0
+            for row, side in old:
+                moved = self.tables.rows.shifted(row)
+                if moved >= 0:
+                    self.append(moved, side)
+        work.dual[: work.size] = self.zero
+        self.measure(self.free_rows)
+
+    def run(self) -> ActiveSetResult:
+        """Iterate until the optimum, a row that nothing makes room for, or the cap."""
+        work, z = self.work, self.free
+        entering: tuple[int, int] | None = None
+        raised = excess = self.zero
+        for iteration in range(1, self.tables.cap + 1):
+            if entering is None:
+                star = self.multipliers()
+                if self.blocked(star):
+                    continue
+                work.dual[: work.size] = star
+                z = self.point()
+                rows = self.tables.rows.product(z)
+                entering = self.worst(rows)
+                if entering is None:
+                    active = tuple(work.row[: work.size])
+                    return ActiveSetResult(z, True, False, iteration, active)
+                self.measure(rows)
+                if entering[0] in work.row[: work.size]:
+                    entering = None  # what rounding left: the next step takes it away
+                    continue
+                raised, excess = self.zero, self.excess(rows, *entering)
+            if self.append(*entering):
+                work.dual[work.size - 1] = raised
+                self.missed[work.size - 1] = excess
+                entering = None
+                continue
+            gained = self.make_room(entering[0])
+            if gained is None:
+                return ActiveSetResult(z, False, True, iteration)
+            raised = raised + gained
+        return ActiveSetResult(z, False, False, self.tables.cap)
+
+    def excess(self, rows: FloatArray, row: int, side: int) -> np.floating:
+        """By how much a row is beyond its bound; negative inside."""
+        value: np.floating = rows[row] - self.high[row] if side > 0 else self.low[row] - rows[row]
+        return value
+
+    def measure(self, rows: FloatArray) -> None:
+        """What the rows of the set miss at a point with these ``rows``."""
+        work = self.work
+        for j in range(work.size):
+            self.missed[j] = self.excess(rows, work.row[j], work.side[j])
+
+    def multipliers(self) -> FloatArray:
+        """lambda* (q,)."""
+        work, q = self.work, self.work.size
+        step = np.zeros(q, dtype=work.dual.dtype)
+        for j in range(q):
+            total = self.missed[j]
+            for k in range(j):
+                total = total - work.factor[j, k] * step[k]
+            step[j] = total
+        step = step * work.pivots[:q]
+        self.back(step)
+        result: FloatArray = work.dual[:q] + step
+        return result
+
+    def back(self, x: FloatArray) -> None:
+        """x becomes L^-T x, from the last entry to the first."""
+        for j in range(x.size - 1, 0, -1):
+            x[:j] = x[:j] - self.work.factor[j, :j] * x[j]
+
+    def blocked(self, star: FloatArray) -> bool:
+        """Whether some multiplier would turn negative: then go to where the first one vanishes and
+        drop its row; of several the one with the lowest place."""
+        work, q = self.work, self.work.size
+        share, place = self.one, -1
+        for j in range(q):
+            if star[j] < self.zero:
+                here = work.dual[j] / (work.dual[j] - star[j])
+                if place < 0 or here < share:
+                    share, place = here, j
+        if place < 0:
+            return False
+        work.dual[:q] = work.dual[:q] + share * (star - work.dual[:q])
+        self.missed[:q] = self.missed[:q] - share * self.missed[:q]
+        self.drop(place)
+        return True
+
+    def make_room(self, row: int) -> np.floating | None:
+        """Raise the multiplier of a dependent row until one of the set vanishes and leaves; by how
+        much, or None where none falls."""
+        work, q = self.work, self.work.size
+        share = work.factor[q, :q].copy()
+        own = self.tables.falls * self.tables.norm[row]
+        self.back(share)
+        length, place = self.zero, -1
+        for j in range(q):
+            if share[j] * self.tables.norm[work.row[j]] > own:
+                here = work.dual[j] / share[j]
+                if place < 0 or here < length:
+                    length, place = here, j
+        if place < 0:
+            return None
+        work.dual[:q] = np.maximum(work.dual[:q] - length * share, self.zero)
+        self.drop(place)
+        return length
+
+    def drop(self, p: int) -> None:
+        """Take row p out of the set, and what it misses."""
+        q = self.work.size
+        self.missed[p : q - 1] = self.missed[p + 1 : q].copy()
+        self.remove(p)
+
+    def point(self) -> FloatArray:
+        """z (N,) at the present multipliers."""
+        work, z = self.work, self.free
+        for j in range(work.size):
+            signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
+            z = z - work.vectors[work.slot[j]] * signed
+        return z
+
+    def append(self, row: int, side: int) -> bool:
+        """Extend the factor by a row; False, and the set as it was, where it depends on it.
+
+        Row q of L then holds L^-1 times its products with the others, over D.
+        """
+        work, q, rows = self.work, self.work.size, self.tables.rows
+        own = rows.row(row)
+        vector = matvec(self.tables.inverse[: own.size], own)
+        pivot = dot(own, vector[: own.size])
+        under = work.factor[q]
+        for j in range(q):
+            product = rows.dot(work.row[j], vector)
+            total = product if side == work.side[j] else -product
+            for k in range(j):
+                total = total - work.factor[j, k] * under[k]
+            under[j] = total
+        for j in range(q):
+            scaled = under[j] * work.pivots[j]
+            pivot = pivot - scaled * under[j]
+            under[j] = scaled
+        least = self.tables.dependent * self.tables.norm[row] * self.tables.norm[row]
+        if q == self.free.size or not pivot > least:
+            return False
+        real = self.tables.inverse.dtype.type
+        work.pivots[q] = real(1.0) / pivot
+        work.vectors[work.slot[q]] = vector
+        work.row[q], work.side[q], work.dual[q] = row, side, self.zero
+        work.size = q + 1
+        return True
+
+    def remove(self, p: int) -> None:
+        """Take row p out: L D L' of the rest by a rank-one update of what stood below it."""
+        work, q = self.work, self.work.size
+        real = self.tables.inverse.dtype.type
+        below = work.factor[:, p].copy()
+        weight = real(1.0) / work.pivots[p]
+        freed = work.slot[p]
+        for j in range(p, q - 1):
+            work.row[j], work.side[j] = work.row[j + 1], work.side[j + 1]
+            work.slot[j], work.dual[j] = work.slot[j + 1], work.dual[j + 1]
+            work.factor[j, :p] = work.factor[j + 1, :p]
+            work.factor[j, p:j] = work.factor[j + 1, p + 1 : j + 1]
+            below[j] = below[j + 1]
+        work.slot[q - 1] = freed
+        for j in range(p, q - 1):
+            old = real(1.0) / work.pivots[j + 1]
+            new = old + weight * below[j] * below[j]
+            inverse = real(1.0) / new
+            share = weight * below[j] * inverse
+            weight = old * weight * inverse
+            work.pivots[j] = inverse
+            for i in range(j + 1, q - 1):
+                below[i] = below[i] - below[j] * work.factor[i, j]
+                work.factor[i, j] = work.factor[i, j] + share * below[i]
+        work.size = q - 1
