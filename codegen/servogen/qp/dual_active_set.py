@@ -5,8 +5,8 @@ sign of the side at which they hold, S = A_W H^-1 A_W' = L D L' and V = H^-1 A_W
 
     z = z_unc - V lambda,    S (lambda* - lambda) = A_W z - b_W.
 
-The multipliers lambda* at which the rows of W hold are found from what they miss at present, so that
-whatever rounding leaves of one step, the next one takes away. One iteration is one of three things,
+The multipliers lambda* at which the rows of W hold are found from what they miss at present, that of
+the row appended last, and of all of them where rounding has left more than ``accept``. One iteration is one of three things,
 and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
@@ -110,12 +110,12 @@ def solve(
     All in the tables' precision; ``work`` is the last call's and is left for the next one.
     """
     method = _Method(tables, work, free, tables.rows.product(free), low, high)
-    worst = method.worst(method.free_rows)
-    if worst is None:
+    kept = work.size >= tables.keep
+    if not kept and method.worst(method.free_rows) is None:
         work.size = 0
         return ActiveSetResult(free, True, False, 0)
-    method.begin()
-    return method.run()
+    method.begin(kept)
+    return method.run(kept)
 
 
 class _Method:
@@ -141,10 +141,10 @@ class _Method:
             return None
         return i, 1 if above[i] >= below[i] else -1
 
-    def begin(self) -> None:
+    def begin(self, kept: bool) -> None:
         """The last call's working set, as it is or one sample on."""
         work = self.work
-        if work.size < self.tables.keep:
+        if not kept:
             old = [(work.row[j], work.side[j]) for j in range(work.size)]
             work.size = 0
             for row, side in old:
@@ -154,7 +154,7 @@ class _Method:
         work.dual[: work.size] = self.zero
         self.measure(self.free_rows)
 
-    def run(self) -> ActiveSetResult:
+    def run(self, kept: bool) -> ActiveSetResult:
         """Iterate until the optimum, a row that nothing makes room for, or the cap."""
         work, z = self.work, self.free
         entering: tuple[int, int] | None = None
@@ -163,7 +163,13 @@ class _Method:
             if entering is None:
                 star = self.multipliers()
                 if self.blocked(star):
+                    # a set that was kept is not the right one: perhaps none is needed
+                    if kept and self.worst(self.free_rows) is None:
+                        work.size = 0
+                        return ActiveSetResult(self.free, True, False, iteration)
+                    kept = False
                     continue
+                kept = False
                 work.dual[: work.size] = star
                 z = self.point()
                 rows = self.tables.rows.product(z)
@@ -171,9 +177,10 @@ class _Method:
                 if entering is None:
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
-                self.measure(rows)
+                self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
-                    entering = None  # what rounding left: the next step takes it away
+                    self.measure(rows)  # what rounding left: the next step takes it away
+                    entering = None
                     continue
                 raised, excess = self.zero, self.excess(rows, *entering)
             if self.append(*entering):
