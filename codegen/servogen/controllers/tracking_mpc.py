@@ -11,6 +11,8 @@ from servogen.controllers.design import Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_bounds
 from servogen.precision import FloatArray
 from servogen.qp.ordered import matvec
+from servogen.qp.dual_active_set import ActiveSetTables, WorkingSet, empty_set
+from servogen.qp.dual_active_set import solve as solve_active_set
 from servogen.qp.pqp import shift_duals, solve
 
 
@@ -33,8 +35,15 @@ class TrackingMpc:
         self.ready = False
         self.plan = np.zeros(design.horizon, dtype=p.dtype)
         self.predicted = np.zeros(design.plant.order, dtype=p.dtype)
-        self.upper = np.array(design.pqp.floor)
-        self.lower = np.array(design.pqp.floor)
+        self._start_scale = cast(1.0 / design.qp.state_scale, p)
+        self._cold()
+
+    def _cold(self) -> None:
+        """Forget what the last program left to the next."""
+        active = self.design.active_set
+        self.upper = np.array(self.design.pqp.floor)
+        self.lower = np.array(self.design.pqp.floor)
+        self.work: WorkingSet | None = None if active is None else empty_set(active)
 
     def call(
         self, operation: str, inputs: Mapping[str, Value] | None = None
@@ -93,8 +102,7 @@ class TrackingMpc:
         self.plan = np.full(self.design.horizon, where, dtype=self._real)
         self.predicted = np.zeros_like(self.predicted)
         self.predicted[0] = where
-        self.upper = np.array(self.design.pqp.floor)
-        self.lower = np.array(self.design.pqp.floor)
+        self._cold()
         return status
 
     def advance(self, state: FloatArray, command: np.floating) -> FloatArray:
@@ -132,8 +140,10 @@ class TrackingMpc:
         origin, rest = state[0], state[1:]
         relative = reference - origin
         free = matvec(d.plan_state, rest) + matvec(d.plan_reference, relative)
-        rows = matvec(d.pqp.rows_columns, free) + matvec(self._rows_state, rest)
         below, above = self._bounds(origin, relative, low, high)
+        if d.active_set is not None:
+            return self._by_active_set(d.active_set, state, free, below, above, reference[-1])
+        rows = matvec(d.pqp.rows_columns, free) + matvec(self._rows_state, rest)
         slack_upper, slack_lower = above - rows, rows - below
         shifted = np.append(self.plan[1:], reference[-1])
         if np.all(slack_upper >= 0) and np.all(slack_lower >= 0):
@@ -157,6 +167,23 @@ class TrackingMpc:
         else:
             plan = shifted
             status = self._judge(shifted, origin, rest, below, above)
+        self._accept(state, plan)
+        return status, self.plan[0], result.iterations
+
+    def _by_active_set(
+        self, tables: ActiveSetTables, state: FloatArray, free: FloatArray, below: FloatArray,
+        above: FloatArray, last: np.floating,
+    ) -> tuple[Status, np.floating, int]:  # fmt: skip
+        """The rest of a step by the active-set method."""
+        assert self.work is not None
+        start = state * self._start_scale
+        start[0] = self._real(0.0)
+        result = solve_active_set(tables, self.work, free, below, above, start)
+        status, plan = Status.OK, result.z + state[0]
+        if not result.optimal:
+            plan = np.append(self.plan[1:], last)
+            rows = tables.rows.product(plan - state[0], start)
+            status = self._kept(rows, below, above)
         self._accept(state, plan)
         return status, self.plan[0], result.iterations
 
@@ -188,6 +215,9 @@ class TrackingMpc:
         """BACKUP where the shifted plan keeps the true bounds from the measured state."""
         d = self.design
         rows = matvec(d.pqp.rows_columns, shifted - origin) + matvec(self._rows_state, rest)
-        margin = self._real(d.tol.margin)
+        return self._kept(rows, below, above)
+
+    def _kept(self, rows: FloatArray, below: FloatArray, above: FloatArray) -> Status:
+        margin = self._real(self.design.tol.margin)
         inside = np.all(rows <= above + margin) and np.all(rows >= below - margin)
         return Status.BACKUP if inside else Status.INFEASIBLE

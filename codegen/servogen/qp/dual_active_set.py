@@ -26,9 +26,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from servogen.precision import FloatArray
+from servogen.precision import FloatArray, Precision
 from servogen.qp.ordered import dot, matvec
 from servogen.qp.row_tables import RowTables
+from servogen.qp.tolerances import DEPENDENT, FALLS
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,38 @@ class ActiveSetTables:
     accept: np.floating
     cap: int
     keep: int
+
+
+def active_set_tables(
+    hessian: FloatArray, written: FloatArray, rows: RowTables, accept: float, cap: int,
+    precision: Precision,
+) -> ActiveSetTables:  # fmt: skip
+    """Tables of H (N, N) and A, ``written`` (m, N) out and as ``rows``; rounded once.
+
+    A set is kept from half the variables on: to factor one anew costs its size times the cost of an
+    iteration, and a set that large belongs to a machine that stays at its limits, where the same rows
+    hold at the next sample; a small one moves towards the present with the horizon.
+    """
+    inverse = np.linalg.inv(hessian)
+    inverse = 0.5 * (inverse + inverse.T)
+    norm = np.sqrt(np.einsum("ij,jk,ik->i", written, inverse, written))
+    real = precision.dtype.type
+
+    def rounded(values: FloatArray) -> FloatArray:
+        array = np.ascontiguousarray(values, dtype=real)
+        array.flags.writeable = False
+        return array
+
+    return ActiveSetTables(
+        inverse=rounded(inverse),
+        rows=rows,
+        norm=rounded(norm),
+        dependent=real(DEPENDENT[precision.name]),
+        falls=real(FALLS[precision.name]),
+        accept=real(accept),
+        cap=cap,
+        keep=max(1, rows.variables // 2),
+    )
 
 
 @dataclass
@@ -103,13 +136,21 @@ class ActiveSetResult:
 
 
 def solve(
-    tables: ActiveSetTables, work: WorkingSet, free: FloatArray, low: FloatArray, high: FloatArray
+    tables: ActiveSetTables,
+    work: WorkingSet,
+    free: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    start: FloatArray | None = None,
 ) -> ActiveSetResult:
     """The optimum from the unconstrained one, ``free`` (N,), with ``low``, ``high`` (m,).
 
     All in the tables' precision; ``work`` is the last call's and is left for the next one.
+
+    Args:
+        start: state (n,) in which the plant behind the rows starts; None: at rest.
     """
-    method = _Method(tables, work, free, tables.rows.product(free), low, high)
+    method = _Method(tables, work, free, low, high, start)
     kept = work.size >= tables.keep
     if not kept and method.worst(method.free_rows) is None:
         work.size = 0
@@ -122,11 +163,12 @@ class _Method:
     """One call."""
 
     def __init__(
-        self, tables: ActiveSetTables, work: WorkingSet, free: FloatArray, free_rows: FloatArray,
-        low: FloatArray, high: FloatArray,
+        self, tables: ActiveSetTables, work: WorkingSet, free: FloatArray, low: FloatArray,
+        high: FloatArray, start: FloatArray | None,
     ) -> None:  # fmt: skip
-        self.tables, self.work = tables, work
-        self.free, self.free_rows, self.low, self.high = free, free_rows, low, high
+        self.tables, self.work, self.start = tables, work, start
+        self.free, self.low, self.high = free, low, high
+        self.free_rows = tables.rows.product(free, start)
         self.real = tables.inverse.dtype.type
         self.zero, self.one = self.real(0.0), self.real(1.0)
         self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
@@ -172,7 +214,7 @@ class _Method:
                 kept = False
                 work.dual[: work.size] = star
                 z = self.point()
-                rows = self.tables.rows.product(z)
+                rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
                 if entering is None:
                     active = tuple(work.row[: work.size])

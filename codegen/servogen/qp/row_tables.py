@@ -30,8 +30,8 @@ class RowTables(Protocol):
         """N."""
         ...
 
-    def product(self, z: FloatArray) -> FloatArray:
-        """A z, (m,), of ``z`` (N,)."""
+    def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """A z, (m,), of ``z`` (N,), with what a plant adds that does not start at rest."""
         ...
 
     def row(self, i: int) -> FloatArray:
@@ -129,6 +129,37 @@ class StageRows:
         return i - self.per_step if i >= self.per_step else -1
 
 
+def stage_rows(
+    stage: FloatArray,
+    terminal: FloatArray,
+    horizon: int,
+    limited: int,
+    dtype: np.dtype[np.floating],
+) -> StageRows:
+    """Rows of a plant, its responses computed in float64 and everything rounded once.
+
+    Args: as the attributes of ``StageRows``.
+    """
+    n = stage.shape[1] - 1
+    response = np.zeros((stage.shape[0], horizon))
+    x, state = stage[:, n], np.zeros((n, horizon))
+    for d in range(horizon):
+        response[:, d], state[:, d] = x, x[:n]
+        x = stage[:, :n] @ x[:n]
+    rows = [*range(limited), *range(n, stage.shape[0])]
+
+    def rounded(values: FloatArray) -> FloatArray:
+        array = np.ascontiguousarray(values, dtype=dtype)
+        array.flags.writeable = False
+        return array
+
+    written = terminal @ state[:, ::-1]
+    return StageRows(
+        rounded(stage), rounded(terminal), rounded(response[rows]), rounded(written), horizon,
+        limited,
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class ColumnRows:
     """Rows without a plant: ``columns`` (N, m) = A', column j zero above row ``first[j]``.
@@ -152,8 +183,9 @@ class ColumnRows:
         """N."""
         return int(self.columns.shape[0])
 
-    def product(self, z: FloatArray) -> FloatArray:
-        """A z, (m,)."""
+    def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """A z, (m,); there is no plant to start."""
+        assert start is None
         result = np.zeros(self.count, dtype=self.columns.dtype)
         for column, first, value in zip(self.columns, self.first, z, strict=True):
             result[first:] += column[first:] * value

@@ -1,0 +1,156 @@
+"""What a controller declares for the iteration that solves its quadratic program, whichever it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from servogen.controllers.design import Constant, Dimension, StateField, Table
+from servogen.qp.condense import CondensedQp
+from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp.pqp import PqpTables
+from servogen.qp.row_tables import ColumnRows, StageRows
+from servogen.qp.tolerances import QpTolerances
+
+_SCRATCH = "workspace, no meaning between calls"
+
+
+@dataclass(frozen=True)
+class IterationParts:
+    """Parts of a ``Declaration``; ``told`` names the method."""
+
+    told: str
+    dimensions: tuple[Dimension, ...] = ()
+    constants: tuple[Constant, ...] = ()
+    tables: tuple[Table, ...] = ()
+    state: tuple[StateField, ...] = ()
+    facts: Mapping[str, object] = field(default_factory=dict)
+
+
+def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationParts:
+    """Of PQP (20)-(21) on the condensed program of a tracking MPC."""
+    return IterationParts(
+        told="PQP (20)-(21)",
+        dimensions=(Dimension("PERIOD", pqp.period, "turns of an acceleration cycle"),),
+        constants=(
+            Constant("gap_limit", tol.gap, "duality gap accepted"),
+            Constant("clamp", tol.clamp, "share of a dual an extrapolation must keep"),
+            Constant("room", 1.0 - tol.clamp, "share it may take"),
+            Constant("least_step", float(pqp.least_step), "less than any two duals differ"),
+            Constant("least_curvature", float(pqp.least_curvature), "of a line search"),
+            Constant("longest", float(pqp.longest), "line search"),
+            Constant("weight", tol.weight, "share of the largest dual that counts"),
+        ),
+        tables=(
+            Table("rows_state", qp.rows_state.T, "rows on (v, a, ...), transposed"),
+            Table("rows_columns", pqp.rows_columns, "rows on the commands, transposed"),
+            Table("inverse_columns", pqp.inverse_columns, "H^-1 A', transposed"),
+            Table("absolute", pqp.absolute, "|D|, D = A H^-1 A'"),
+            Table("diagonal", pqp.diagonal, "D_ii"),
+            Table("inverse_diagonal", pqp.inverse_diagonal, "1 / D_ii"),
+            Table("phi_diagonal", pqp.phi_diagonal, "phi D_ii of (20)"),
+            Table("floor", pqp.floor, "smallest dual of a warm start"),
+            Table("vanish", pqp.vanish, "smallest dual"),
+            Table("ceiling", pqp.ceiling, "largest dual"),
+        ),
+        state=(
+            StateField("upper", "duals of the upper sides", "ROWS"),
+            StateField("lower", "duals of the lower sides", "ROWS"),
+            *(
+                StateField(name, _SCRATCH, size)
+                for name, size in (
+                    ("relative", "REFERENCES"),
+                    ("free_plan", "HORIZON"),
+                    ("correction", "HORIZON"),
+                    ("scratch_plan", "HORIZON"),
+                    ("below", "ROWS"),
+                    ("above", "ROWS"),
+                    ("rows", "ROWS"),
+                    ("slack_upper", "ROWS"),
+                    ("slack_lower", "ROWS"),
+                    ("change", "ROWS"),
+                    ("absolute_sum", "ROWS"),
+                    ("scratch", "ROWS"),
+                    ("last_upper", "ROWS"),
+                    ("last_lower", "ROWS"),
+                    ("last_change", "ROWS"),
+                )
+            ),
+        ),
+        facts={
+            "active_set": False,
+            "period": pqp.coordinates,
+            "extrapolates": pqp.extrapolates,
+        },
+    )
+
+
+def active_set_parts(tables: ActiveSetTables) -> IterationParts:
+    """Of the dual active-set method on rows of either kind.
+
+    The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP and, with rows of a plant, ORDER, ROWS_PER_STEP and
+    TERMINAL_ROWS.
+    """
+    rows = tables.rows
+    n = rows.variables
+    assert isinstance(rows, StageRows | ColumnRows)
+    own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows)
+    return IterationParts(
+        told="dual active-set method",
+        dimensions=(
+            Dimension("VARIABLES", n, "of the program"),
+            Dimension("FACTOR", n * (n + 1), "L of the working set, and the row that enters"),
+            Dimension("VECTORS", n * n, "H^-1 a of the working set"),
+            Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
+            *own.dimensions,
+        ),
+        constants=(
+            Constant("dependent", float(tables.dependent), "of norm^2: pivots that are rounding"),
+            Constant("falls", float(tables.falls), "of its norm: a row falls with another one"),
+        ),
+        tables=(
+            Table("inverse", tables.inverse, "H^-1"),
+            Table("norm", tables.norm, "square root of a'H^-1 a of every row"),
+            *own.tables,
+        ),
+        state=(
+            StateField("dual", "multipliers of the working set", "VARIABLES"),
+            StateField("missed", "what its rows miss of their bounds", "VARIABLES"),
+            StateField("pivots", "1 / D", "VARIABLES"),
+            StateField("factor", "L", "FACTOR"),
+            StateField("vectors", "H^-1 a", "VECTORS"),
+            StateField("row", "rows of the working set", "VARIABLES", type="int32_t"),
+            StateField("side", "1 upper, -1 lower", "VARIABLES", type="int32_t"),
+            StateField("slot", "where their vectors are", "VARIABLES", type="int32_t"),
+            StateField("size", "rows in the working set", type="int32_t"),
+        ),
+        facts={"active_set": True, "stages": isinstance(rows, StageRows)},
+    )
+
+
+def _stages(rows: StageRows) -> IterationParts:
+    responses = np.vstack([rows.impulse, rows.terminal_rows[:, ::-1]])
+    return IterationParts(
+        told="",
+        dimensions=(
+            Dimension("STAGE_OUTPUTS", rows.stage.shape[0], "next state and further rows"),
+            Dimension("LIMITED", rows.limited, "states that are rows"),
+        ),
+        tables=(
+            Table("stage_columns", rows.stage.T, "one step of the plant behind A, transposed"),
+            Table("terminal_columns", rows.terminal.T, "terminal rows, transposed"),
+            Table("responses", responses, "of the rows to an input, by delay"),
+        ),
+    )
+
+
+def _columns(rows: ColumnRows) -> IterationParts:
+    return IterationParts(
+        told="",
+        tables=(
+            Table("columns", rows.columns, "A, transposed"),
+            Table("first", np.array(rows.first), "where a column begins", integer=True),
+        ),
+    )
