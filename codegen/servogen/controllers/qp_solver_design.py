@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from servogen.controllers.arithmetic import cast
 from servogen.controllers.design import (
     Constant,
     Declaration,
@@ -11,11 +14,17 @@ from servogen.controllers.design import (
     Operation,
     Port,
     StateField,
+    Table,
 )
 from servogen.controllers.iteration_parts import active_set_parts
-from servogen.precision import Precision
-from servogen.qp.dual_active_set import ActiveSetTables
-from servogen.qp.row_tables import ColumnRows, StageRows
+from servogen.precision import FloatArray, Precision
+from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
+from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
+
+
+# No input is beyond it, so that the square of a sum of them stays a number; a bound that is not there
+# is this far out.
+LARGEST = {"float64": 1e100, "float32": 1e12}
 
 
 @dataclass(frozen=True)
@@ -23,19 +32,49 @@ class QpSolverDesign:
     """min 1/2 z'Hz + f'z subject to low <= A z <= high, f and the bounds given at every call.
 
     Attributes:
-        largest: no input is beyond it; a bound that is not there is this far out.
+        scale: (m,) what the bounds are multiplied with: the tables' rows are A's times this.
     """
 
     prefix: str
     precision: Precision
     tables: ActiveSetTables
-    largest: float
+    scale: FloatArray
+
+
+def design_qp_solver(
+    prefix: str,
+    precision: Precision,
+    hessian: FloatArray,
+    rows: FloatArray,
+    cap: int,
+    accept: float,
+    per_step: int = 0,
+    staying: int = 0,
+) -> QpSolverDesign:
+    """A program with any rows.
+
+    They are scaled to unit length in the metric of H, sqrt(a'H^-1 a) = 1, so that ``accept`` is a
+    distance in which the cost is measured, whatever the units of variables and rows.
+
+    Args:
+        hessian: (N, N), positive definite; rows: (m, N), none zero.
+        cap: iterations. accept: violation accepted, of scaled rows.
+        per_step, staying: see ``ColumnRows``.
+    """
+    unit = 1.0 / np.sqrt(np.diag(hessian))
+    solved = np.linalg.solve(hessian * np.outer(unit, unit), (rows * unit).T).T
+    norm = np.sqrt(np.einsum("ij,ij->i", rows * unit, solved))
+    written = rows / norm[:, None]
+    own = column_rows(written, precision.dtype, per_step, staying)
+    tables = active_set_tables(hessian, written, own, accept, cap, precision)
+    return QpSolverDesign(prefix, precision, tables, cast(1.0 / norm, precision))
 
 
 def declare_qp_solver(design: QpSolverDesign) -> Declaration:
     """Names, sizes, tables and ports."""
     t, rows = design.tables, design.tables.rows
-    n, m, far = rows.variables, rows.count, design.largest
+    n, m, far = rows.variables, rows.count, LARGEST[design.precision.name]
+    scaled = bool(np.any(design.scale != 1.0))
     parts = active_set_parts(t)
     rest: tuple[StateField, ...] = ()
     if isinstance(rows, StageRows):
@@ -67,13 +106,18 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
             Constant("tolerance", float(t.accept), "violation of a bound accepted"),
             *parts.constants,
         ),
-        tables=parts.tables,
+        tables=(*parts.tables, *([Table("scale", design.scale, "of the bounds")] if scaled else [])),
         state=(
             *parts.state,
             *rest,
             StateField("free", "unconstrained optimum", "VARIABLES"),
             StateField("rows", "A z", "ROWS"),
             StateField("z", "the last answer", "VARIABLES"),
+            StateField("trial", "what may become the next one", "VARIABLES"),
+            *(
+                StateField(name, "bounds of the scaled rows", "ROWS")
+                for name in (("below", "above") if scaled else ())
+            ),
             StateField("ready", "1 after reset", type="int32_t"),
         ),
         operations=(
@@ -92,5 +136,5 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
                 ),
             ),
         ),
-        facts=parts.facts,
+        facts={**parts.facts, "scaled": scaled},
     )
