@@ -184,7 +184,7 @@ def _laid_out(
     chosen = search.pieces.planes[planes]
     lengths = np.linalg.norm(chosen[:, :size], axis=1)
     normals = chosen[:, :size] / lengths[:, None]
-    offsets = -chosen[:, size] / lengths
+    offsets = -chosen[:, size] / lengths * search.pieces.unit
     return Tree(normals, offsets, np.array(children, dtype=np.int32), 0, mirror)
 
 

@@ -20,11 +20,13 @@ class Pieces:
     """Pieces of regions, numbered as they come up.
 
     Attributes:
+        unit: what lengths are measured in here.
         planes: (planes, r + 1) homogeneous unit normals of the candidate hyperplanes.
         cones, regions, laws: of each piece.
         below, above: (planes,) of each piece, which planes it has points strictly on each side of.
     """
 
+    unit: float
     planes: FloatArray
     cones: list[Cone] = field(default_factory=list)
     regions: list[int] = field(default_factory=list)
@@ -33,14 +35,36 @@ class Pieces:
     above: list[BoolArray] = field(default_factory=list)
     known: dict[tuple[int, bytes, bytes], int] = field(default_factory=dict)
     parts: dict[tuple[int, int, int], int] = field(default_factory=dict)
+    counted: dict[Node, int] = field(default_factory=dict)
 
     def add(self, region: int, law: int, cone: Cone) -> int:
-        """The number of a piece, new or not.
+        """The number of a piece, new or not."""
+        return self._numbered(region, law, cone, *sides(cone, self.planes))
 
-        A piece is its region within the planes that do not cross it, so the sides that it has of
-        the planes tell it from every other piece of its region.
+    def side(self, piece: int, plane: int, sign: int) -> int:
+        """The part of a piece below (-1) or above (1) a plane that crosses it.
+
+        It has no side of a plane that the piece has not; where its points, for want of digits,
+        tell of neither, it has the same. So two regions that a plane has once told apart stay so.
         """
-        below, above = sides(cone, self.planes)
+        key = (piece, plane, sign)
+        if key not in self.parts:
+            part = cut(self.cones[piece], -sign * self.planes[plane])
+            below, above = self.below[piece].copy(), self.above[piece].copy()
+            below[plane], above[plane] = sign < 0, sign > 0
+            crossed = np.flatnonzero(below & above)
+            low, high = sides(part, self.planes[crossed])
+            unclear = ~(low | high)
+            below[crossed], above[crossed] = low | unclear, high | unclear
+            number = self._numbered(self.regions[piece], self.laws[piece], part, below, above)
+            self.parts[key] = number
+        return self.parts[key]
+
+    def _numbered(
+        self, region: int, law: int, cone: Cone, below: BoolArray, above: BoolArray
+    ) -> int:
+        """A piece is its region within the planes that do not cross it, so the sides that it has of
+        the planes tell it from every other piece of its region."""
         key = (region, below.tobytes(), above.tobytes())
         if key not in self.known:
             self.known[key] = len(self.laws)
@@ -50,14 +74,6 @@ class Pieces:
             self.below.append(below)
             self.above.append(above)
         return self.known[key]
-
-    def side(self, piece: int, plane: int, sign: int) -> int:
-        """The part of a piece below (-1) or above (1) a plane that crosses it."""
-        key = (piece, plane, sign)
-        if key not in self.parts:
-            part = cut(self.cones[piece], -sign * self.planes[plane])
-            self.parts[key] = self.add(self.regions[piece], self.laws[piece], part)
-        return self.parts[key]
 
     def split(self, node: Node, plane: int) -> tuple[Node, Node]:
         """The pieces of a node below and above a plane."""
@@ -72,7 +88,9 @@ class Pieces:
 
     def laws_of(self, node: Node) -> int:
         """How many different laws a node still holds."""
-        return len({self.laws[piece] for piece in node})
+        if node not in self.counted:
+            self.counted[node] = len({self.laws[piece] for piece in node})
+        return self.counted[node]
 
     def scores(self, node: Node) -> tuple[IntArray, IntArray, IntArray]:
         """(planes,) each: laws below, laws above, pieces on both sides together."""
@@ -86,7 +104,14 @@ class Pieces:
         return laws_below, laws_above, np.sum(below, axis=0) + np.sum(above, axis=0)
 
 
-def hyperplanes(solution: ExplicitSolution) -> FloatArray:
+def unit_of(solution: ExplicitSolution) -> float:
+    """The height of the farthest hyperplane, or 1: what is far must not lose its last digits
+    beside the one that makes the coordinates homogeneous."""
+    heights = [float(np.max(np.abs(region.k), initial=1.0)) for region in solution.regions]
+    return max(heights, default=1.0)
+
+
+def hyperplanes(solution: ExplicitSolution, unit: float = 1.0) -> FloatArray:
     """(planes, r + 1): those of all facets of all regions, each once, homogeneous unit normals.
 
     The largest entry of the part that multiplies eta is positive.
@@ -94,7 +119,7 @@ def hyperplanes(solution: ExplicitSolution) -> FloatArray:
     size = solution.image.size
     kept = np.zeros((0, size + 1))
     for region in solution.regions:
-        for row in homogeneous(region.h, region.k) if region.k.size else ():
+        for row in homogeneous(region.h, region.k / unit) if region.k.size else ():
             signed = row * np.sign(row[np.argmax(np.abs(row[:size]))])
             if not kept.size or np.min(np.max(np.abs(kept - signed), axis=1)) > SAME_PLANE:
                 kept = np.vstack([kept, signed])
@@ -107,17 +132,18 @@ def whole(solution: ExplicitSolution, mirror: int = -1) -> tuple[Pieces, Node]:
     Args:
         mirror: only the half of the parameters where this coordinate is not negative; -1 for all.
     """
-    pieces = Pieces(hyperplanes(solution))
-    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds
+    unit = unit_of(solution)
+    pieces = Pieces(unit, hyperplanes(solution, unit))
+    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds / unit
     if mirror >= 0:
         rows = np.vstack([rows, -np.eye(solution.image.size)[mirror]])
         bounds = np.append(bounds, 0.0)
     half = np.append(np.eye(solution.image.size)[mirror], 0.0)[None]
     root = []
     for i, region in enumerate(solution.regions):
-        full = cone_of(region.h, region.k)
+        full = cone_of(region.h, region.k / unit)
         if mirror >= 0 and not sides(full, half)[1][0]:
             continue
-        cone = cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]))
+        cone = cone_of(np.vstack([region.h, rows]), np.concatenate([region.k / unit, bounds]))
         root.append(pieces.add(i, int(solution.law_of[i]), cone))
     return pieces, tuple(root)
