@@ -30,7 +30,8 @@ class Form:
     """One form: what it costs, or why it was left out (``lookup`` and ``count`` None then).
 
     ``solution`` is what its tree was grown for, ``tree`` that tree in the coordinates of the
-    solution, which the lookup's may not be; both None for the recursive form.
+    solution, which the lookup's may not be; both None for the recursive form. ``clip``: bounds of
+    the first move that ``solution`` was computed without.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Form:
     note: str
     solution: ExplicitSolution | None = None
     tree: Tree | None = None
+    clip: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,7 @@ def _grown(
     tree = grow_tree(solution, work, mirror, progress)
     lookup = tree_lookup(solution, tree, clip)
     note = f"{len(solution.regions)} regions, {tree.nodes} nodes, depth {tree.depth}"
-    return Form(name, lookup, lookup.count, note, solution, tree)
+    return Form(name, lookup, lookup.count, note, solution, tree, clip)
 
 
 def _regrown(form: Form, limit: float, work: int, progress: Progress | None) -> Form:
@@ -152,9 +154,7 @@ def _regrown(form: Form, limit: float, work: int, progress: Progress | None) -> 
         return form
     if form.count.work > limit:
         return form
-    clip = (float(lookup.lower[0]), float(lookup.upper[0]))
-    bounds = None if np.all(np.isinf(clip)) else clip
-    return _grown(form.name, form.solution, work, lookup.tree.mirror, bounds, progress)
+    return _grown(form.name, form.solution, work, lookup.tree.mirror, form.clip, progress)
 
 
 def _least_work(solution: ExplicitSolution, mirror: int, clip: tuple[float, float] | None) -> int:
@@ -164,7 +164,9 @@ def _least_work(solution: ExplicitSolution, mirror: int, clip: tuple[float, floa
     if mirror >= 0:
         laws = (laws + 1) // 2  # at most one law is its own opposite
     depth = least_depth(laws)
-    clips = 0 if clip is None else int(np.sum(np.isfinite(clip)))
+    problem = solution.problem
+    bounds = [*problem.lower[:nu], *problem.upper[:nu], *(clip or ())]
+    clips = 2 * nu if np.any(np.isfinite(bounds)) else 0
     rest = clips + int(mirror >= 0) + depth
     within = r * p + (depth + nu) * r
     return rest + int(within if mirror >= 0 else min(within, (depth + nu) * p))
