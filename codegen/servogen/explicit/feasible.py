@@ -55,7 +55,7 @@ def feasible_set(solution: ExplicitSolution) -> FeasibleSet:
 def _with_domain(
     problem: ParametricQP, rows: FloatArray, bounds: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What is needed of rows theta <= bounds and of the domain, which gets rows of its own scale."""
+    """What is needed of rows theta <= bounds and of the domain, whose rows are scaled anew."""
     extent = _extents(problem)
     lengths = np.linalg.norm(rows * extent, axis=1)
     own = np.linalg.norm(problem.domain_rows * extent, axis=1)
