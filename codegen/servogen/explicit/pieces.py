@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from servogen.explicit.cones import Cone, cone_of, cut, homogeneous, sides
+from servogen.explicit.cones import Cone, cone_of, halves, homogeneous, sides
 from servogen.explicit.small_lp import BoolArray, IntArray
 from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tolerances import SAME_PLANE
@@ -15,75 +15,110 @@ from servogen.plants.statespace import FloatArray
 Node = tuple[int, ...]
 
 
-@dataclass
+@dataclass(frozen=True)
+class Arrangement:
+    """What all trees of a solution begin with: ``planes`` (planes, r + 1), homogeneous unit normals
+    of the candidate hyperplanes, and every region within the domain as a cone."""
+
+    solution: ExplicitSolution
+    planes: FloatArray
+    cones: tuple[Cone, ...]
+
+    def in_half(self, mirror: int) -> int:
+        """How many regions have points where a coordinate is positive."""
+        half = np.eye(self.solution.image.size + 1)[mirror : mirror + 1]
+        return sum(bool(sides(cone, half)[1][0]) for cone in self.cones)
+
+
 class Pieces:
     """Pieces of regions, numbered as they come up.
 
     Attributes:
-        planes: (planes, r + 1) homogeneous unit normals of the candidate hyperplanes.
+        planes: see ``Arrangement``.
         cones, regions, laws: of each piece.
-        below, above: (planes,) of each piece, which planes it has points strictly on each side of.
+        sides: (pieces, 2, planes), whether each piece has points strictly below, strictly above
+            each plane; more rows than pieces.
     """
 
-    planes: FloatArray
-    cones: list[Cone] = field(default_factory=list)
-    regions: list[int] = field(default_factory=list)
-    laws: list[int] = field(default_factory=list)
-    below: list[BoolArray] = field(default_factory=list)
-    above: list[BoolArray] = field(default_factory=list)
-    known: dict[tuple[int, bytes, bytes], int] = field(default_factory=dict)
-    parts: dict[tuple[int, int, int], int] = field(default_factory=dict)
+    def __init__(self, planes: FloatArray) -> None:
+        self.planes = planes
+        self.cones: list[Cone] = []
+        self.regions: list[int] = []
+        self.laws: list[int] = []
+        self.sides: BoolArray = np.zeros((64, 2, len(planes)), dtype=bool)
+        self._known: dict[tuple[int, bytes], int] = {}
+        self._parts: dict[tuple[int, int, int], int] = {}
+        self._waiting: dict[tuple[int, int, int], Cone] = {}
 
-    def add(self, region: int, law: int, cone: Cone) -> int:
-        """The number of a piece, new or not.
+    def add(self, region: int, law: int, cone: Cone, where: BoolArray) -> int:
+        """The number of a piece, new or not, by the sides (2, planes) that it has of the planes.
 
-        A piece is its region within the planes that do not cross it, so the sides that it has of
-        the planes tell it from every other piece of its region.
+        A piece is its region within the planes that do not cross it, so its sides tell it from
+        every other piece of its region.
         """
-        below, above = sides(cone, self.planes)
-        key = (region, below.tobytes(), above.tobytes())
-        if key not in self.known:
-            self.known[key] = len(self.laws)
+        key = (region, np.packbits(where).tobytes())
+        number = self._known.setdefault(key, len(self.laws))
+        if number == len(self.laws):
+            if number == len(self.sides):
+                self.sides = np.concatenate([self.sides, np.zeros_like(self.sides)])
+            self.sides[number] = where
             self.cones.append(cone)
             self.regions.append(region)
             self.laws.append(law)
-            self.below.append(below)
-            self.above.append(above)
-        return self.known[key]
+        return number
 
-    def side(self, piece: int, plane: int, sign: int) -> int:
-        """The part of a piece below (-1) or above (1) a plane that crosses it."""
-        key = (piece, plane, sign)
-        if key not in self.parts:
-            part = cut(self.cones[piece], -sign * self.planes[plane])
-            self.parts[key] = self.add(self.regions[piece], self.laws[piece], part)
-        return self.parts[key]
+    def side(self, piece: int, plane: int, side: int) -> int:
+        """The part of a piece below (0) or above (1) a plane that crosses it."""
+        key = (piece, plane, side)
+        if key not in self._parts:
+            if key not in self._waiting:
+                low, high = halves(self.cones[piece], self.planes[plane])
+                self._waiting[piece, plane, 0], self._waiting[piece, plane, 1] = low, high
+            part = self._waiting.pop(key)
+            self._parts[key] = self.add(
+                self.regions[piece],
+                self.laws[piece],
+                part,
+                self._sides_of(piece, plane, side, part),
+            )
+        return self._parts[key]
 
-    def split(self, node: Node, plane: int) -> tuple[Node, Node]:
-        """The pieces of a node below and above a plane."""
-        halves: tuple[list[int], list[int]] = ([], [])
-        for piece in node:
-            low, high = self.below[piece][plane], self.above[piece][plane]
-            if low:
-                halves[0].append(self.side(piece, plane, -1) if high else piece)
-            if high:
-                halves[1].append(self.side(piece, plane, 1) if low else piece)
-        return tuple(sorted(halves[0])), tuple(sorted(halves[1]))
+    def _sides_of(self, piece: int, plane: int, side: int, part: Cone) -> BoolArray:
+        """A part is on the side that its piece is on of every plane that does not cross that."""
+        where: BoolArray = self.sides[piece].copy()
+        where[1 - side, plane] = False
+        crossing = np.flatnonzero(where[0] & where[1])
+        where[0, crossing], where[1, crossing] = sides(part, self.planes[crossing])
+        return where
+
+    def part(self, node: Node, plane: int, side: int) -> Node:
+        """The pieces of a node below (0) or above (1) a plane."""
+        numbers = np.array(node)
+        here, there = self.sides[numbers, side, plane], self.sides[numbers, 1 - side, plane]
+        found = [
+            self.side(piece, plane, side) if crossed else piece
+            for piece, crossed in zip(numbers[here].tolist(), there[here].tolist(), strict=True)
+        ]
+        return tuple(sorted(found))
 
     def laws_of(self, node: Node) -> int:
         """How many different laws a node still holds."""
         return len({self.laws[piece] for piece in node})
 
+    def law_beside(self, node: Node, plane: int, side: int) -> int:
+        """The law that a node holds on a side of a plane where it holds only one."""
+        return next(self.laws[piece] for piece in node if self.sides[piece, side, plane])
+
     def scores(self, node: Node) -> tuple[IntArray, IntArray, IntArray]:
         """(planes,) each: laws below, laws above, pieces on both sides together."""
-        ordered = sorted(node, key=lambda piece: (self.laws[piece], piece))
-        laws = np.array([self.laws[piece] for piece in ordered])
+        numbers = np.array(node)
+        laws = np.array([self.laws[piece] for piece in node])
+        ordered = np.lexsort((numbers, laws))
+        numbers, laws = numbers[ordered], laws[ordered]
         starts = np.flatnonzero(np.append(True, laws[1:] != laws[:-1]))
-        below = np.array([self.below[piece] for piece in ordered])
-        above = np.array([self.above[piece] for piece in ordered])
-        laws_below = np.sum(np.logical_or.reduceat(below, starts, axis=0), axis=0)
-        laws_above = np.sum(np.logical_or.reduceat(above, starts, axis=0), axis=0)
-        return laws_below, laws_above, np.sum(below, axis=0) + np.sum(above, axis=0)
+        where = self.sides[numbers]
+        held = np.sum(np.logical_or.reduceat(where, starts, axis=0), axis=0)
+        return held[0], held[1], np.sum(where, axis=(0, 1))
 
 
 def hyperplanes(solution: ExplicitSolution) -> FloatArray:
@@ -101,23 +136,33 @@ def hyperplanes(solution: ExplicitSolution) -> FloatArray:
     return kept
 
 
-def whole(solution: ExplicitSolution, mirror: int = -1) -> tuple[Pieces, Node]:
+def arrange(solution: ExplicitSolution) -> Arrangement:
+    """The hyperplanes and the regions that trees are grown from."""
+    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds
+    cones = [
+        cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]))
+        for region in solution.regions
+    ]
+    return Arrangement(solution, hyperplanes(solution), tuple(cones))
+
+
+def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
     """The pieces to begin with, every region within the domain, and the root that holds them.
 
     Args:
         mirror: only the half of the parameters where this coordinate is not negative; -1 for all.
     """
-    pieces = Pieces(hyperplanes(solution))
-    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds
-    if mirror >= 0:
-        rows = np.vstack([rows, -np.eye(solution.image.size)[mirror]])
-        bounds = np.append(bounds, 0.0)
-    half = np.append(np.eye(solution.image.size)[mirror], 0.0)[None]
+    solution, pieces = arrangement.solution, Pieces(arrangement.planes)
+    half = np.zeros(solution.image.size + 1)
+    half[mirror] = 1.0  # of no use where there is no mirror
     root = []
-    for i, region in enumerate(solution.regions):
-        full = cone_of(region.h, region.k)
-        if mirror >= 0 and not sides(full, half)[1][0]:
-            continue
-        cone = cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]))
-        root.append(pieces.add(i, int(solution.law_of[i]), cone))
+    for i, full in enumerate(arrangement.cones):
+        cone = full
+        if mirror >= 0:
+            below, above = sides(full, half[None])
+            if not above[0]:
+                continue
+            cone = halves(full, half)[1] if below[0] else full
+        where = np.array(sides(cone, arrangement.planes))
+        root.append(pieces.add(i, int(solution.law_of[i]), cone, where))
     return pieces, tuple(root)
