@@ -27,7 +27,7 @@ class Arrangement:
     def in_half(self, mirror: int) -> int:
         """How many regions have points where a coordinate is positive."""
         half = np.eye(self.solution.image.size + 1)[mirror : mirror + 1]
-        return sum(bool(sides(cone, half)[1][0]) for cone in self.cones)
+        return int(np.sum(sides(self.cones, half)[:, 1, 0]))
 
 
 class Pieces:
@@ -67,39 +67,38 @@ class Pieces:
             self.laws.append(law)
         return number
 
-    def side(self, piece: int, plane: int, side: int) -> int:
-        """The part of a piece below (0) or above (1) a plane that crosses it."""
-        key = (piece, plane, side)
-        if key not in self._parts:
-            if key not in self._waiting:
-                low, high = halves(self.cones[piece], self.planes[plane])
-                self._waiting[piece, plane, 0], self._waiting[piece, plane, 1] = low, high
-            part = self._waiting.pop(key)
-            self._parts[key] = self.add(
-                self.regions[piece],
-                self.laws[piece],
-                part,
-                self._sides_of(piece, plane, side, part),
-            )
-        return self._parts[key]
-
-    def _sides_of(self, piece: int, plane: int, side: int, part: Cone) -> BoolArray:
-        """A part is on the side that its piece is on of every plane that does not cross that."""
-        where: BoolArray = self.sides[piece].copy()
-        where[1 - side, plane] = False
-        crossing = np.flatnonzero(where[0] & where[1])
-        where[0, crossing], where[1, crossing] = sides(part, self.planes[crossing])
-        return where
-
     def part(self, node: Node, plane: int, side: int) -> Node:
         """The pieces of a node below (0) or above (1) a plane."""
         numbers = np.array(node)
-        here, there = self.sides[numbers, side, plane], self.sides[numbers, 1 - side, plane]
-        found = [
-            self.side(piece, plane, side) if crossed else piece
-            for piece, crossed in zip(numbers[here].tolist(), there[here].tolist(), strict=True)
-        ]
+        here = numbers[self.sides[numbers, side, plane]]
+        crossed = self.sides[here, 1 - side, plane]
+        found = here[~crossed].tolist() + self._cut(here[crossed].tolist(), plane, side)
         return tuple(sorted(found))
+
+    def _cut(self, pieces: list[int], plane: int, side: int) -> list[int]:
+        """The parts of pieces on one side of a plane that crosses them."""
+        keys = [(piece, plane, side) for piece in pieces]
+        new = [key for key in keys if key not in self._parts]
+        uncut = [key[0] for key in new if key not in self._waiting]
+        both = halves([self.cones[piece] for piece in uncut], self.planes[plane])
+        for piece, (low, high) in zip(uncut, both, strict=True):
+            self._waiting[piece, plane, 0], self._waiting[piece, plane, 1] = low, high
+        parts = [self._waiting.pop(key) for key in new]
+        if parts:
+            where = self._sides_of([key[0] for key in new], plane, side, parts)
+            for key, part, own in zip(new, parts, where, strict=True):
+                self._parts[key] = self.add(self.regions[key[0]], self.laws[key[0]], part, own)
+        return [self._parts[key] for key in keys]
+
+    def _sides_of(self, pieces: list[int], plane: int, side: int, parts: list[Cone]) -> BoolArray:
+        """A part is on the side that its piece is on of every plane that does not cross that."""
+        where: BoolArray = self.sides[pieces]
+        where[:, 1 - side, plane] = False
+        crossed = where[:, 0] & where[:, 1]
+        planes = np.flatnonzero(np.any(crossed, axis=0))
+        found = sides(parts, self.planes[planes])
+        where[:, :, planes] = np.where(crossed[:, None, planes], found, where[:, :, planes])
+        return where
 
     def laws_of(self, node: Node) -> int:
         """How many different laws a node still holds."""
@@ -153,16 +152,18 @@ def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
         mirror: only the half of the parameters where this coordinate is not negative; -1 for all.
     """
     solution, pieces = arrangement.solution, Pieces(arrangement.planes)
-    half = np.zeros(solution.image.size + 1)
-    half[mirror] = 1.0  # of no use where there is no mirror
-    root = []
-    for i, full in enumerate(arrangement.cones):
-        cone = full
-        if mirror >= 0:
-            below, above = sides(full, half[None])
-            if not above[0]:
-                continue
-            cone = halves(full, half)[1] if below[0] else full
-        where = np.array(sides(cone, arrangement.planes))
-        root.append(pieces.add(i, int(solution.law_of[i]), cone, where))
+    cones = dict(enumerate(arrangement.cones))
+    if mirror >= 0:
+        half = np.eye(solution.image.size + 1)[mirror]
+        where = sides(arrangement.cones, half[None])[:, :, 0]
+        cones = {
+            i: halves([cone], half)[0][1] if where[i, 0] else cone
+            for i, cone in cones.items()
+            if where[i, 1]
+        }
+    own = sides(list(cones.values()), arrangement.planes)
+    root = [
+        pieces.add(i, int(solution.law_of[i]), cone, seen)
+        for (i, cone), seen in zip(cones.items(), own, strict=True)
+    ]
     return pieces, tuple(root)
