@@ -128,10 +128,10 @@ def _feasible(
 ) -> FeasibleSet:
     """From the regions of the program itself: forms may have been made for one without bounds on
     the first move, which allows more."""
-    for form in choice.forms:
-        if form.solution is not None and form.solution.problem is problem:
-            return feasible_set(form.solution)
-    return feasible_set(solve(problem, max_regions, progress))
+    own = choice.own
+    if own is None or own.problem is not problem:
+        own = solve(problem, max_regions, progress)
+    return feasible_set(own)
 
 
 def _reach(design: LookupDesign) -> float:
