@@ -28,6 +28,7 @@ from explicit_problems import (
     double_integrator,
     regulator_2002,
     servo_drive,
+    toolbox_double_integrator,
     transport,
 )
 
@@ -60,6 +61,7 @@ CASES = {
         Case("onesided", "one-sided", "law tree"),
         Case("paper", "example of 2002", "clip tree"),
         Case("transport", "transport", "law tree"),
+        Case("toolbox", "toolbox", "law tree"),
     )
 }
 
@@ -78,6 +80,8 @@ def program(name: str) -> ParametricQP:
             return regulator_2002()
         case "transport":
             return transport()
+        case "toolbox":
+            return toolbox_double_integrator()
         case "two moves":
             qp = regulator_2002()
             return parametric_qp(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from servogen.explicit.cones import Cone, cone_of, cut, homogeneous, sides
+from servogen.explicit.cones import Cone, cone_of, halves, homogeneous, sides
 from servogen.explicit.small_lp import BoolArray, IntArray
 from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tolerances import SAME_PLANE
@@ -15,99 +15,119 @@ from servogen.plants.statespace import FloatArray
 Node = tuple[int, ...]
 
 
-@dataclass
+@dataclass(frozen=True)
+class Arrangement:
+    """What all trees of a solution begin with: ``planes`` (planes, r + 1), homogeneous unit normals
+    of the candidate hyperplanes, and every region within the domain as a cone, with lengths in
+    ``unit``."""
+
+    solution: ExplicitSolution
+    unit: float
+    planes: FloatArray
+    cones: tuple[Cone, ...]
+
+    def in_half(self, mirror: int) -> int:
+        """How many regions have points where a coordinate is positive."""
+        half = np.eye(self.solution.image.size + 1)[mirror : mirror + 1]
+        return int(np.sum(sides(self.cones, half)[:, 1, 0]))
+
+
 class Pieces:
     """Pieces of regions, numbered as they come up.
 
     Attributes:
-        unit: what lengths are measured in here.
-        planes: (planes, r + 1) homogeneous unit normals of the candidate hyperplanes.
+        planes: see ``Arrangement``.
         cones, regions, laws: of each piece.
-        below, above: (planes,) of each piece, which planes it has points strictly on each side of.
+        sides: (pieces, 2, planes), whether each piece has points strictly below, strictly above
+            each plane; more rows than pieces.
     """
 
-    unit: float
-    planes: FloatArray
-    cones: list[Cone] = field(default_factory=list)
-    regions: list[int] = field(default_factory=list)
-    laws: list[int] = field(default_factory=list)
-    below: list[BoolArray] = field(default_factory=list)
-    above: list[BoolArray] = field(default_factory=list)
-    known: dict[tuple[int, bytes, bytes], int] = field(default_factory=dict)
-    parts: dict[tuple[int, int, int], int] = field(default_factory=dict)
-    counted: dict[Node, int] = field(default_factory=dict)
+    def __init__(self, planes: FloatArray) -> None:
+        self.planes = planes
+        self.cones: list[Cone] = []
+        self.regions: list[int] = []
+        self.laws: list[int] = []
+        self.sides: BoolArray = np.zeros((64, 2, len(planes)), dtype=bool)
+        self._known: dict[tuple[int, bytes], int] = {}
+        self._parts: dict[tuple[int, int, int], int] = {}
+        self._waiting: dict[tuple[int, int, int], Cone] = {}
 
-    def add(self, region: int, law: int, cone: Cone) -> int:
-        """The number of a piece, new or not."""
-        return self._numbered(region, law, cone, *sides(cone, self.planes))
+    def add(self, region: int, law: int, cone: Cone, where: BoolArray) -> int:
+        """The number of a piece, new or not, by the sides (2, planes) that it has of the planes.
 
-    def side(self, piece: int, plane: int, sign: int) -> int:
-        """The part of a piece below (-1) or above (1) a plane that crosses it.
-
-        It has no side of a plane that the piece has not; where its points, for want of digits,
-        tell of neither, it has the same. So two regions that a plane has once told apart stay so.
+        A piece is its region within the planes that do not cross it, so its sides tell it from
+        every other piece of its region.
         """
-        key = (piece, plane, sign)
-        if key not in self.parts:
-            part = cut(self.cones[piece], -sign * self.planes[plane])
-            below, above = self.below[piece].copy(), self.above[piece].copy()
-            below[plane], above[plane] = sign < 0, sign > 0
-            crossed = np.flatnonzero(below & above)
-            low, high = sides(part, self.planes[crossed])
-            unclear = ~(low | high)
-            below[crossed], above[crossed] = low | unclear, high | unclear
-            number = self._numbered(self.regions[piece], self.laws[piece], part, below, above)
-            self.parts[key] = number
-        return self.parts[key]
-
-    def _numbered(
-        self, region: int, law: int, cone: Cone, below: BoolArray, above: BoolArray
-    ) -> int:
-        """A piece is its region within the planes that do not cross it, so the sides that it has of
-        the planes tell it from every other piece of its region."""
-        key = (region, below.tobytes(), above.tobytes())
-        if key not in self.known:
-            self.known[key] = len(self.laws)
+        key = (region, np.packbits(where).tobytes())
+        number = self._known.setdefault(key, len(self.laws))
+        if number == len(self.laws):
+            if number == len(self.sides):
+                self.sides = np.concatenate([self.sides, np.zeros_like(self.sides)])
+            self.sides[number] = where
             self.cones.append(cone)
             self.regions.append(region)
             self.laws.append(law)
-            self.below.append(below)
-            self.above.append(above)
-        return self.known[key]
+        return number
 
-    def split(self, node: Node, plane: int) -> tuple[Node, Node]:
-        """The pieces of a node below and above a plane."""
-        halves: tuple[list[int], list[int]] = ([], [])
-        for piece in node:
-            low, high = self.below[piece][plane], self.above[piece][plane]
-            if low:
-                halves[0].append(self.side(piece, plane, -1) if high else piece)
-            if high:
-                halves[1].append(self.side(piece, plane, 1) if low else piece)
-        return tuple(sorted(halves[0])), tuple(sorted(halves[1]))
+    def part(self, node: Node, plane: int, side: int) -> Node:
+        """The pieces of a node below (0) or above (1) a plane."""
+        numbers = np.array(node)
+        here = numbers[self.sides[numbers, side, plane]]
+        crossed = self.sides[here, 1 - side, plane]
+        found = here[~crossed].tolist() + self._cut(here[crossed].tolist(), plane, side)
+        return tuple(sorted(found))
+
+    def _cut(self, pieces: list[int], plane: int, side: int) -> list[int]:
+        """The parts of pieces on one side of a plane that crosses them."""
+        keys = [(piece, plane, side) for piece in pieces]
+        new = [key for key in keys if key not in self._parts]
+        uncut = [key[0] for key in new if key not in self._waiting]
+        both = halves([self.cones[piece] for piece in uncut], self.planes[plane])
+        for piece, (low, high) in zip(uncut, both, strict=True):
+            self._waiting[piece, plane, 0], self._waiting[piece, plane, 1] = low, high
+        parts = [self._waiting.pop(key) for key in new]
+        if parts:
+            where = self._sides_of([key[0] for key in new], plane, side, parts)
+            for key, part, own in zip(new, parts, where, strict=True):
+                self._parts[key] = self.add(self.regions[key[0]], self.laws[key[0]], part, own)
+        return [self._parts[key] for key in keys]
+
+    def _sides_of(self, pieces: list[int], plane: int, side: int, parts: list[Cone]) -> BoolArray:
+        """A part is on the side that its piece is on of every plane that does not cross that; where
+        its points, for want of digits, tell of neither, it counts for both."""
+        where: BoolArray = self.sides[pieces]
+        where[:, 1 - side, plane] = False
+        crossed = where[:, 0] & where[:, 1]
+        planes = np.flatnonzero(np.any(crossed, axis=0))
+        found = sides(parts, self.planes[planes])
+        found |= ~np.any(found, axis=1, keepdims=True)
+        where[:, :, planes] = np.where(crossed[:, None, planes], found, where[:, :, planes])
+        return where
 
     def laws_of(self, node: Node) -> int:
         """How many different laws a node still holds."""
-        if node not in self.counted:
-            self.counted[node] = len({self.laws[piece] for piece in node})
-        return self.counted[node]
+        return len({self.laws[piece] for piece in node})
+
+    def law_beside(self, node: Node, plane: int, side: int) -> int:
+        """The law that a node holds on a side of a plane where it holds only one."""
+        return next(self.laws[piece] for piece in node if self.sides[piece, side, plane])
 
     def scores(self, node: Node) -> tuple[IntArray, IntArray, IntArray]:
         """(planes,) each: laws below, laws above, pieces on both sides together."""
-        ordered = sorted(node, key=lambda piece: (self.laws[piece], piece))
-        laws = np.array([self.laws[piece] for piece in ordered])
+        numbers = np.array(node)
+        laws = np.array([self.laws[piece] for piece in node])
+        ordered = np.lexsort((numbers, laws))
+        numbers, laws = numbers[ordered], laws[ordered]
         starts = np.flatnonzero(np.append(True, laws[1:] != laws[:-1]))
-        below = np.array([self.below[piece] for piece in ordered])
-        above = np.array([self.above[piece] for piece in ordered])
-        laws_below = np.sum(np.logical_or.reduceat(below, starts, axis=0), axis=0)
-        laws_above = np.sum(np.logical_or.reduceat(above, starts, axis=0), axis=0)
-        return laws_below, laws_above, np.sum(below, axis=0) + np.sum(above, axis=0)
+        where = self.sides[numbers]
+        held = np.sum(np.logical_or.reduceat(where, starts, axis=0), axis=0)
+        return held[0], held[1], np.sum(where, axis=(0, 1))
 
 
-def unit_of(solution: ExplicitSolution) -> float:
-    """The height of the farthest hyperplane, or 1: what is far must not lose its last digits
-    beside the one that makes the coordinates homogeneous."""
-    heights = [float(np.max(np.abs(region.k), initial=1.0)) for region in solution.regions]
+def _unit(solution: ExplicitSolution) -> float:
+    """The height of the farthest hyperplane, or 1: two far ones, of limits on a plant's states,
+    must not lose their difference beside the coordinate that makes them homogeneous."""
+    heights = (float(np.max(np.abs(region.k), initial=1.0)) for region in solution.regions)
     return max(heights, default=1.0)
 
 
@@ -126,24 +146,36 @@ def hyperplanes(solution: ExplicitSolution, unit: float = 1.0) -> FloatArray:
     return kept
 
 
-def whole(solution: ExplicitSolution, mirror: int = -1) -> tuple[Pieces, Node]:
+def arrange(solution: ExplicitSolution) -> Arrangement:
+    """The hyperplanes and the regions that trees are grown from."""
+    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds
+    unit = _unit(solution)
+    cones = [
+        cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]) / unit)
+        for region in solution.regions
+    ]
+    return Arrangement(solution, unit, hyperplanes(solution, unit), tuple(cones))
+
+
+def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
     """The pieces to begin with, every region within the domain, and the root that holds them.
 
     Args:
         mirror: only the half of the parameters where this coordinate is not negative; -1 for all.
     """
-    unit = unit_of(solution)
-    pieces = Pieces(unit, hyperplanes(solution, unit))
-    rows, bounds = solution.program.domain_rows, solution.program.domain_bounds / unit
+    solution, pieces = arrangement.solution, Pieces(arrangement.planes)
+    cones = dict(enumerate(arrangement.cones))
     if mirror >= 0:
-        rows = np.vstack([rows, -np.eye(solution.image.size)[mirror]])
-        bounds = np.append(bounds, 0.0)
-    half = np.append(np.eye(solution.image.size)[mirror], 0.0)[None]
-    root = []
-    for i, region in enumerate(solution.regions):
-        full = cone_of(region.h, region.k / unit)
-        if mirror >= 0 and not sides(full, half)[1][0]:
-            continue
-        cone = cone_of(np.vstack([region.h, rows]), np.concatenate([region.k / unit, bounds]))
-        root.append(pieces.add(i, int(solution.law_of[i]), cone))
+        half = np.eye(solution.image.size + 1)[mirror]
+        where = sides(arrangement.cones, half[None])[:, :, 0]
+        cones = {
+            i: halves([cone], half)[0][1] if where[i, 0] else cone
+            for i, cone in cones.items()
+            if where[i, 1]
+        }
+    own = sides(list(cones.values()), arrangement.planes)
+    root = [
+        pieces.add(i, int(solution.law_of[i]), cone, seen)
+        for (i, cone), seen in zip(cones.items(), own, strict=True)
+    ]
     return pieces, tuple(root)

@@ -193,8 +193,13 @@ class LookupTable(Section):
     ] = 5000
     search_nodes: Annotated[
         int,
-        Field(ge=0, le=10_000_000, description="of the search for a smaller tree; 0: greedy"),
-    ] = 4000
+        Field(
+            ge=0,
+            le=10_000_000,
+            description="that the search for shallower and smaller trees may open, all forms "
+            "together, one with many pieces of regions for several; 0: greedy trees",
+        ),
+    ] = 10_000
 
 
 class NotchTable(Section):
