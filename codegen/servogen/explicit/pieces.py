@@ -9,7 +9,7 @@ import numpy as np
 from servogen.explicit.cones import Cone, cone_of, halves, homogeneous, sides
 from servogen.explicit.small_lp import BoolArray, IntArray
 from servogen.explicit.solution import ExplicitSolution
-from servogen.explicit.tolerances import SAME_PLANE
+from servogen.explicit.tolerances import SAME_CUT
 from servogen.plants.statespace import FloatArray
 
 Node = tuple[int, ...]
@@ -149,7 +149,7 @@ def hyperplanes(
             sign = np.sign(row[np.argmax(np.abs(row[:size]))])
             apart = np.max(np.abs(kept - sign * row), axis=1)
             at = int(np.argmin(apart)) if apart.size else 0
-            if not apart.size or apart[at] > SAME_PLANE:
+            if not apart.size or apart[at] > SAME_CUT:
                 at, kept = len(kept), np.vstack([kept, sign * row])
             own.append((at, int(sign < 0.0)))
         facets.append(own)
