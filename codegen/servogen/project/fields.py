@@ -55,6 +55,7 @@ def _resolve(value: object, info: ValidationInfo) -> object:
 
 
 Vector = Annotated[tuple[float, ...], BeforeValidator(_tuple_from_list), Field(min_length=1)]
+Integers = Annotated[tuple[int, ...], BeforeValidator(_tuple_from_list), Field(min_length=1)]
 Matrix = Annotated[tuple[Vector, ...], BeforeValidator(_tuple_from_list), Field(min_length=1)]
 FileName = Annotated[Path, BeforeValidator(_resolve)]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from servogen.project.servo_schema import (
@@ -88,8 +89,21 @@ def _check_mpc(project: ServoProject, mpc: ServoMpc) -> None:
             mpc.position_bound_deg,
             f"none on an axis that comes round after axis.turn_deg = {project.axis.turn_deg}",
         )
+    _check_samples(project, mpc)
     if mpc.model is not None:
         _check_matrices(project, f"{key}.model", mpc.model)
+
+
+def _check_samples(project: ServoProject, mpc: ServoMpc) -> None:
+    key, found = "controller.mpc.position_bound_samples", mpc.position_bound_samples
+    if found is None:
+        return
+    if mpc.position_bound_deg is None:
+        raise project.error(key, list(found), "none without position_bound_deg")
+    rising = all(a < b for a, b in pairwise(found))
+    if not rising or found[0] < 1 or found[-1] > mpc.prediction_horizon:
+        expected = f"ascending samples from 1 to prediction_horizon = {mpc.prediction_horizon}"
+        raise project.error(key, list(found), expected)
 
 
 def _check_weights(

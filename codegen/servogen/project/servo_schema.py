@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from servogen.project.fields import Matrix, Section, Vector, told
+from servogen.project.fields import Integers, Matrix, Section, Vector, told
 from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
 
 MAX_PREDICTION = 500
@@ -153,6 +153,14 @@ class ServoMpc(Section):
         float | None,
         told("a number above 0 (deg)", gt=0, le=1e6, description="(12), to either side; or none"),
     ] = None
+    position_bound_samples: Annotated[
+        Integers | None,
+        told(
+            "a list of whole numbers, from 1 to H_p, ascending",
+            description="predicted samples at which (12) holds; none: at all, 1 to H_p",
+            min_length=1,
+        ),
+    ] = None
     model: Annotated[
         DesignModel | None, Field(description="design on these rather than on the drive")
     ] = None
@@ -189,6 +197,15 @@ class LookupTable(Section):
             le=1_000_000,
             description="critical regions beyond which a form of the lookup is left out; "
             "refused if none is left",
+        ),
+    ] = 5000
+    max_nodes: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=1_000_000,
+            description="inner nodes of a search tree beyond which a form of the lookup is left "
+            "out; refused if none is left",
         ),
     ] = 5000
     search_nodes: Annotated[

@@ -122,7 +122,12 @@ def tracking_problem(
             None if step is None else Bounds.symmetric([step]),
             None
             if bound is None
-            else SignalBounds(servo.plant.c, Bounds.symmetric([bound]), horizons.prediction),
+            else SignalBounds(
+                servo.plant.c,
+                Bounds.symmetric([bound]),
+                horizons.prediction,
+                mpc.position_bound_samples or (),
+            ),
         )
         return tracking_qp(
             servo.plant, horizons, extension or mpc.reference_extension, weights, constraints
@@ -209,14 +214,11 @@ def lookup_choice(
     """
     program, limits = problem or tracking_problem(servo), servo.project.controller.lookup
     try:
-        return choose(program.qp, limits.max_regions, limits.search_nodes, progress)
-    except ProgramError as error:
+        return choose(
+            program.qp, limits.max_regions, limits.search_nodes, progress, limits.max_nodes
+        )
+    except (ProgramError, SetError) as error:
         raise _unsolved(servo, error) from error
-    except SetError as error:
-        # a linear program among its regions that neither of two solvers settles
-        said = "a program whose regions its numbers do not tell apart"
-        expected = "fewer constraints, or a shorter prediction_horizon for position_bound_deg"
-        raise servo.project.fault("controller.mpc", said, expected) from error
 
 
 def servo_parts(
@@ -247,23 +249,39 @@ def servo_parts(
             servo.project.controller.lookup.max_regions,
             progress=progress,
         )
-    except (DesignError, ProgramError) as error:
+    except (DesignError, ProgramError, SetError) as error:
         raise _unsolved(servo, error) from error
     return ServoParts(mpc, lookup, pid_design(servo, precision=mpc.precision))
 
 
-def _unsolved(servo: ServoDrive, error: DesignError | ProgramError) -> InputError:
+def _unsolved(servo: ServoDrive, error: DesignError | ProgramError | SetError) -> InputError:
     """A program without an explicit solution, or whose solution the precision cannot hold."""
+    project, remedy = servo.project, _remedy(servo)
+    limits = project.controller.lookup
     if error.key == "number of regions":
-        limit = servo.project.controller.lookup.max_regions
-        expected = (
-            f"room for {error.value} regions, or a shorter controller.mpc.control_horizon or fewer "
-            "constraints"
-        )
-        return servo.project.error("controller.lookup.max_regions", limit, expected)
+        expected = f"room for {error.value} regions, or {remedy}"
+        return project.error("controller.lookup.max_regions", limits.max_regions, expected)
+    if error.key == "number of tree nodes":
+        expected = f"room for {error.value} nodes, or {remedy}"
+        return project.error("controller.lookup.max_nodes", limits.max_nodes, expected)
+    if isinstance(error, SetError) or error.key in ("set of facets", "search tree"):
+        # linear programs among its regions that neither of two solvers settles, and the like
+        said = "a program whose regions its numbers do not tell apart"
+        return project.fault("controller.mpc", said, remedy)
     told = "will not do" if error.value is None else f"is {error.value}"
-    return servo.project.fault(
-        "controller.mpc", f"a program whose {error.key} {told}", error.expected
+    return project.fault("controller.mpc", f"a program whose {error.key} {told}", error.expected)
+
+
+def _remedy(servo: ServoDrive) -> str:
+    """What makes a program smaller."""
+    mpc = servo.project.controller.mpc
+    if mpc.position_bound_deg is None:
+        return "a shorter controller.mpc.control_horizon or fewer constraints"
+    samples = mpc.position_bound_samples or range(1, mpc.prediction_horizon + 1)
+    few = "position bounds at fewer samples than the "
+    return (
+        f"{few}{len(samples)} they hold at (controller.mpc.position_bound_samples, such as "
+        f"[1, {mpc.prediction_horizon}]), or a shorter controller.mpc.control_horizon"
     )
 
 
