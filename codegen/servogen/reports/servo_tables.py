@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servogen.explicit.choose import Form
+from servogen.project.limits import Limits, as_written
 from servogen.reports.numbers import NOTHING, fixed, number, percent
 from servogen.reports.servo_data import ServoReportData
 from servogen.reports.style import PATH_COLOUR, X_COLOUR, Y_COLOUR, Figure, layout, limit, line
@@ -174,9 +175,14 @@ def _bound(row: TaskRow, bound: Bound) -> tuple[Cell, ...]:
         figure_cell(bound.worst, 5),
         figure_cell(bound.limit, 5),
         text(bound.unit),
-        Cell(percent(bound.worst / bound.limit), numeric=True),
+        Cell(NOTHING if np.isnan(bound.share) else percent(bound.share), numeric=True),
         verdict,
     )
+
+
+def _limits(limits: Limits) -> object:
+    written = as_written(limits)
+    return f"{limits[0]:g} to {limits[1]:g}" if isinstance(written, list) else written
 
 
 def design_tables(data: ServoReportData) -> list[Table]:
@@ -192,7 +198,7 @@ def design_tables(data: ServoReportData) -> list[Table]:
         "reference extension": project.controller.mpc.reference_extension.replace("_", " ")
         + " hold",
         "parameters of the program": mpc.problem.layout.size,
-        "current limit [mA]": project.controller.mpc.current_limit_ma,
+        "current limit [mA]": _limits(project.controller.mpc.current_limit_ma),
         "slowest pole of the filter": mpc.filter.decay,
         "one turn [deg]": mpc.turn or "none: the axis has ends",
     }

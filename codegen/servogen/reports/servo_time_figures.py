@@ -15,7 +15,7 @@ from servogen.reports.style import (
     Figure,
     Trace,
     layout,
-    limits,
+    limit,
     line,
     signal,
 )
@@ -37,7 +37,7 @@ def task_figures(data: ServoReportData) -> list[Figure]:
 
 def _task(data: ServoReportData, index: int, name: str) -> Figure:
     runs = [(row, run) for row, run in data.runs if row.task == name]
-    limit = data.servo.project.controller.mpc.current_limit_ma
+    low, high = data.servo.project.controller.mpc.current_limit_ma
     traces: list[Trace] = []
     first = runs[0][1]
     traces.append(
@@ -46,7 +46,7 @@ def _task(data: ServoReportData, index: int, name: str) -> Figure:
     for row, run in runs:
         traces += _signals(row, run)
     span = (float(first.time_s[0]), float(first.time_s[-1]))
-    traces += limits(span, limit, 3)
+    traces += [limit("limit", span, high, 3), limit("limit", span, low, 3, shown=False)]
     figures = "Figures 14 and 15" if index == 0 else "Figure 16"
     return Figure(
         f"task{index}",
