@@ -121,7 +121,9 @@ def _study_check(data: ServoReportData) -> Check:
     if data.study is None:
         return Check(name, None, "not run", f"servogen study {data.toml}")
     if data.study.absent:
-        return Check(name, True, f"cannot be made here: {data.study.absent}")
+        return Check(name, None, f"cannot be made here: {data.study.absent}")
+    if data.study.faults:
+        return Check(name, False, "; ".join(data.study.faults))
     told = statements(data.study.tables)
     other = [text for text, holds in told if not holds]
     detail = f"{count(len(told), 'statement')} of the paper hold"

@@ -21,7 +21,7 @@ from servogen.reports.tables import (
 )
 from servogen.systems.metrics import Bound
 from servogen.systems.servo_charts import Study
-from servogen.systems.servo_study import HORIZONS, PRINTED_MPC, PRINTED_PID, TrackingTable
+from servogen.systems.servo_study import HORIZONS, PRINTED_MPC, PRINTED_PID, TrackingTable, within
 from servogen.systems.servo_task import TaskRow
 
 
@@ -61,7 +61,7 @@ def tracking_tables(study: Study) -> list[Table]:
         ("case", "hold", *(f"H_t = {h}" for h in HORIZONS), "PID"),
         tuple(rows),
         "Sum of the magnitudes of the error over the last cycle, H_t = H_u, as a share of "
-        "set-point tracking (H_t = 1).",
+        f"set-point tracking (H_t = 1); {within(table.case for table in study.tables)}.",
     )
     cells = tuple(
         (
@@ -126,7 +126,7 @@ def horizon_figure(study: Study) -> Figure:
         "horizons",
         "Error against the trajectory horizon",
         "Figures 7 and 8 of the paper in kind: summed error of the last cycle, set-point tracking "
-        "being 1.",
+        f"being 1; {within(table.case for table in study.tables)}.",
         traces,
         shape,
         height=560,
