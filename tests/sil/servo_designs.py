@@ -65,8 +65,8 @@ def _slide() -> TrackingQp:
         Weights.constant(1e6, 1.0, plant, horizons),
         Constraints(
             Bounds([-100.0], [150.0]),
-            Bounds.symmetric([120.0]),
-            SignalBounds(plant.c, Bounds.symmetric([50.0]), 3),
+            Bounds([-120.0], [90.0]),
+            SignalBounds(plant.c, Bounds([10.0], [50.0]), 3),
         ),
     )
 
