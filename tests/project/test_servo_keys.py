@@ -32,7 +32,7 @@ def _two_mass() -> dict[str, Any]:
     raw = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
     raw["controller"]["mpc"] |= {"control_horizon": 2, "current_step_limit_ma": 500.0}
     raw["controller"]["estimator"]["measurement_noise_deg"] = 1e-4
-    raw["controller"]["lookup"] = {"max_regions": 500, "search_nodes": 10}
+    raw["controller"]["lookup"] = {"max_regions": 500, "max_nodes": 500, "search_nodes": 10}
     raw["reference"]["start_deg"] = 1.0
     return raw
 
@@ -42,7 +42,8 @@ def _matrices() -> dict[str, Any]:
     raw = _two_mass()
     model = {"a": [[0.9, 0.0], [0.0005, 1.0]], "b": [0.001, 0.0], "c": [0.0, 57.0]}
     raw["drive"] = {"model": "matrices"} | model
-    raw["controller"]["mpc"] |= {"model": dict(model), "position_bound_deg": [-300, 400]}
+    bound = {"position_bound_deg": [-300, 400], "position_bound_samples": [1, 50]}
+    raw["controller"]["mpc"] |= {"model": dict(model)} | bound
     raw["axis"]["turn_deg"] = 0
     raw["sampling"]["current_sample_time_s"] = 0.0005
     raw["reference"] = {"shape": "sine", "start_deg": 0, "amplitude_deg": 2, "frequency_hz": 10.0,

@@ -94,7 +94,7 @@ def canonical(problem: ParametricQP) -> Canonical:
     nu = problem.first_move
     own = scaled_optimum(problem) if problem.is_box else None
     box = own is not None and _rank(own.matrix) == problem.variables
-    image = own if box and own is not None else _image(problem, e_seen / size, slope)
+    image = own if box and own is not None else _image(problem, e_seen / size, slope / size)
     rows, bounds = _domain(problem, image)
     if rows is None:
         image, box = _all_parameters(problem), False
@@ -157,11 +157,10 @@ def _rank(matrix: FloatArray) -> int:
 
 def _image(problem: ParametricQP, e_seen: FloatArray, slope: FloatArray) -> Image:
     """The fewest coordinates through which the slacks and the first moves are seen."""
-    first = slope[: problem.first_move]
-    sizes = np.linalg.norm(e_seen, axis=1) if e_seen.size else np.zeros(0)
-    typical = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 1.0
-    longest = np.linalg.norm(first, axis=1, keepdims=True)
-    first = np.divide(first * typical, longest, out=np.zeros_like(first), where=longest > 0.0)
+    # a first move as the slack of a bound on it alone would see it
+    moves = np.eye(problem.variables)[:, : problem.first_move]
+    lengths = np.linalg.norm(np.linalg.solve(np.linalg.cholesky(problem.hessian), moves), axis=0)
+    first = slope[: problem.first_move] / lengths[:, None]
     seen = np.vstack([e_seen, first])
     unit, columns = _unit_columns(seen)
     _, values, right = np.linalg.svd(unit, full_matrices=False)

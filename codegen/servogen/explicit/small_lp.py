@@ -32,7 +32,7 @@ _MAX_PIVOTS = 200
 # Programs that go through the method together, so that their rows stay within some megabytes.
 _BATCH = 256
 # Of those, how many may be left for HiGHS. None are where planes can be told apart.
-_HOPELESS = 32
+_HOPELESS = 48
 
 
 @dataclass(frozen=True)
