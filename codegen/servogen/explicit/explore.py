@@ -172,7 +172,7 @@ class _Search:
             for sets in mine
             for active in sets or ()
         }
-        self._build_all(near)
+        self._build_all(near, len(layer))
         for work, mine in zip(layer, wanted, strict=True):
             self.task.advance()
             for row, sets in enumerate(mine):
@@ -189,34 +189,42 @@ class _Search:
 
     def _build(self, active: ActiveSet) -> Region | None:
         """The region of an independent active set, taken up if new; None if flat or empty."""
-        self._build_all({active: np.zeros(self.program.image.size)})
+        self._build_all({active: np.zeros(self.program.image.size)}, 1)
         return self.regions.get(active)
 
-    def _build_all(self, near: dict[ActiveSet, FloatArray]) -> None:
-        """The same for several, each with a point that it may be near to."""
+    def _build_all(self, near: dict[ActiveSet, FloatArray], crossed: int) -> None:
+        """The same for several, each with a point that it may be near to, behind the facets of so
+        many regions. A layer far larger than the one before it is followed by one that is larger
+        by a quarter of that at least: what will not end within the limit need not be begun."""
         fresh = [a for a in near if a not in self.regions and a not in self.nothing]
+        full: list[tuple[Candidate, Ball]] = []
         for start in range(0, len(fresh), _CHUNK):
-            self._build_chunk({active: near[active] for active in fresh[start : start + _CHUNK]})
+            full += self._full({active: near[active] for active in fresh[start : start + _CHUNK]})
+            # before the many programs that tell which of their rows are facets
+            if len(self.regions) + len(full) > self.limit:
+                raise _too_many(self.limit, f"more than {self.limit}")
+        growth = len(full) / (4 * crossed)
+        if len(full) * growth > 2 * self.limit:
+            raise _too_many(self.limit, f"about {len(full) * growth:.1g} or more")
+        for start in range(0, len(full), _CHUNK):
+            chunk = full[start : start + _CHUNK]
+            rows = facets(self.program, [made for made, _ in chunk], [b.centre for _, b in chunk])
+            for (made, ball), groups in zip(chunk, rows, strict=True):
+                region = _region(self.program, made, ball, groups)
+                self.regions[made.active] = region
+                self.queue.append(_Open(region, made, groups))
 
-    def _build_chunk(self, near: dict[ActiveSet, FloatArray]) -> None:
+    def _full(self, near: dict[ActiveSet, FloatArray]) -> list[tuple[Candidate, Ball]]:
+        """Of some active sets those with a region that is not flat; the others are put down."""
         made = {active: candidate(self.program, active) for active in near}
         able = {active: each for active, each in made.items() if each is not None}
         found = balls_of(self.program, list(able.values()), np.array([near[a] for a in able]))
-        balls = dict(zip(able, found, strict=True))
-        full = [active for active in able if is_full(balls[active])]
-        for active in made:
-            if active not in balls or not is_full(balls[active]):
-                self.nothing.add(active)
-                if active in balls and balls[active].radius > -FLAT:
-                    self.flat.add(active)
-        if len(self.regions) + len(full) > self.limit:
-            raise _too_many(self.limit, f"more than {self.limit}")
-        centres = [balls[active].centre for active in full]
-        rows = facets(self.program, [able[active] for active in full], centres)
-        for active, groups in zip(full, rows, strict=True):
-            region = _region(self.program, able[active], balls[active], groups)
-            self.regions[active] = region
-            self.queue.append(_Open(region, able[active], groups))
+        full = [pair for pair in zip(able.values(), found, strict=True) if is_full(pair[1])]
+        for active, ball in zip(able, found, strict=True):
+            if not is_full(ball) and ball.radius > -FLAT:
+                self.flat.add(active)
+        self.nothing.update(set(made) - {each.active for each, _ in full})
+        return full
 
     def _behind(self, work: _Open, group: list[int]) -> list[ActiveSet] | None:
         """Active sets behind a facet on which one row alone vanishes: none where nothing is
