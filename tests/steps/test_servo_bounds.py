@@ -22,7 +22,7 @@ HELD = (
     ("position_range_deg = 36000.0", "position_range_deg = 360.0"),
     ("[controller.estimator]", "position_bound_deg = 1.0\n[controller.estimator]"),
 )
-FEW = ("position_bound_deg = 1.0", "position_bound_deg = 1.0\nposition_bound_samples = [1, 50]")
+FEW = ("position_bound_deg = 1.0", "position_bound_deg = 1.0\nposition_bound_samples = [1, 10]")
 SMALL = ("control_horizon = 3", "control_horizon = 2")
 SHORT = ("stroke_deg = 270.0", "stroke_deg = 0.9")
 
@@ -43,7 +43,7 @@ def test_motion_is_held_at_the_bound(tmp_path: Path) -> None:
     problem, plant = tracking_problem(own.servo), own.servo.plant
     run = track_ideal(problem, plant, lambda t: np.minimum(20.0 * t, 1.5), 250)
     assert np.max(run.output) <= 1.0 + 1e-9
-    assert np.min(run.output[200:]) > 0.99
+    assert np.min(run.output[200:]) > 0.97
     assert np.max(run.reference) == 1.5
     given = own.parts.controller()
     assert given.call("reset", {"position": 0.0})[0] == 0
@@ -65,8 +65,8 @@ def test_motion_is_held_at_the_bound(tmp_path: Path) -> None:
     [
         ((), "controller.mpc", "fewer samples than the 50 they hold at"),
         ((("= 50", "= 4"),), "controller.lookup.max_nodes", "position_bound_samples, such as [1, 4]"),
-        ((FEW, ("[1, 50]", "[50, 1]")), "controller.mpc.position_bound_samples", "ascending"),
-        ((FEW, ("[1, 50]", "[0, 50]")), "controller.mpc.position_bound_samples", "from 1 to"),
+        ((FEW, ("[1, 10]", "[10, 1]")), "controller.mpc.position_bound_samples", "ascending"),
+        ((FEW, ("[1, 10]", "[0, 10]")), "controller.mpc.position_bound_samples", "from 1 to"),
         ((FEW, ("position_bound_deg = 1.0\n", "")), "controller.mpc.position_bound_samples",
          "none without position_bound_deg"),
     ],

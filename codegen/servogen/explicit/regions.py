@@ -121,9 +121,7 @@ def candidate(program: Canonical, active: tuple[int, ...]) -> Candidate | None:
     )
 
 
-def exchanges(
-    program: Canonical, active: tuple[int, ...], entering: int
-) -> list[tuple[int, ...]]:
+def exchanges(program: Canonical, active: tuple[int, ...], entering: int) -> list[tuple[int, ...]]:
     """Active sets beyond a facet where a row that depends on the active ones is reached.
 
     With g_entering = sum c_i g_i, the multiplier of the entering row can rise until that of an i

@@ -329,7 +329,7 @@ def _remedy(servo: ServoDrive) -> str:
     few = "position bounds at fewer samples than the "
     return (
         f"{few}{len(samples)} they hold at (controller.mpc.position_bound_samples, such as "
-        f"[1, {mpc.prediction_horizon}]), or a shorter controller.mpc.control_horizon"
+        f"[1, {min(10, mpc.prediction_horizon)}]), or a shorter controller.mpc.control_horizon"
     )
 
 
