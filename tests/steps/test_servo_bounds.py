@@ -64,7 +64,7 @@ def test_motion_is_held_at_the_bound(tmp_path: Path) -> None:
     ("more", "key", "told"),
     [
         ((), "controller.mpc", "fewer samples than the 50 they hold at"),
-        ((("= 50", "= 4"),), "controller.lookup.max_nodes", "position_bound_samples, such as [1, 4]"),
+        ((("= 50", "= 4"),), "controller.lookup.max_nodes", "such as [1, 4]"),
         ((FEW, ("[1, 10]", "[10, 1]")), "controller.mpc.position_bound_samples", "ascending"),
         ((FEW, ("[1, 10]", "[0, 10]")), "controller.mpc.position_bound_samples", "from 1 to"),
         ((FEW, ("position_bound_deg = 1.0\n", "")), "controller.mpc.position_bound_samples",
