@@ -50,7 +50,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class SignalBounds:
-    """Bounds (12) on signals ``rows`` x_p, (p, n), at samples 1..``steps``, or at ``samples`` alone.
+    """Bounds (12) on signals ``rows`` x_p, (p, n), at samples 1..``steps`` or ``samples`` alone.
 
     With the plant's own c these are outputs; with rows of an identity, states.
     """
