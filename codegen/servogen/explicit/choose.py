@@ -36,7 +36,7 @@ MANY_LEAVES = 2000
 class Form:
     """One form: what it costs, or why it was left out (``lookup`` and ``count`` None then).
 
-    ``solution`` is what its tree was grown for, ``tree`` that tree in the coordinates of the
+    ``solution`` is what its tree is for, ``tree`` that tree in the coordinates of the
     solution, which the lookup's may not be; both None for the recursive form.
     """
 
@@ -181,13 +181,13 @@ def _trees(
         if mirror >= 0 and whole is not None:
             if whole.leaves > MANY_LEAVES:
                 note = f"not grown: the tree for all parameters has {whole.leaves} leaves"
-                found.append(Form(title, None, None, note))
+                found.append(Form(title, None, None, note, solution))
                 continue
             depth = max(depth, whole.depth - 2)
         bound = _work(solution, mirror, clip, depth)
         if bound > least:
             note = f"not grown: one of depth {depth} costs {bound}, and none less deep is likely"
-            found.append(Form(title, None, None, note))
+            found.append(Form(title, None, None, note, solution))
             continue
         growth = Growth(arrangement, mirror, progress)
         whole = growth if mirror < 0 else whole
