@@ -9,7 +9,7 @@ import numpy as np
 from servogen.explicit.clips import RecursiveClips, recursive_clips, without_first_bounds
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
-from servogen.explicit.grow import Growth, is_odd, least_depth
+from servogen.explicit.grow import MAX_NODES, Growth, is_odd, least_depth
 from servogen.explicit.lookup import Count, TreeLookup, count_clips, tree_lookup
 from servogen.explicit.pieces import Arrangement, arrange
 from servogen.explicit.solution import ExplicitSolution
@@ -88,6 +88,7 @@ def choose(
     max_regions: int,
     work: int = 2_000,
     progress: Progress | None = None,
+    max_nodes: int = MAX_NODES,
 ) -> Choice:
     """Builds every form that the program admits and that may win, and takes the cheapest.
 
@@ -98,15 +99,18 @@ def choose(
     the work that is left. The rest goes into fewer nodes of the best.
 
     Args:
-        max_regions, work: see ``solve`` and ``grow_tree``.
+        max_regions, work, max_nodes: see ``solve`` and ``grow_tree``.
 
     Raises:
-        ExplicitError: no form can be had; as ``solve``.
+        ExplicitError: no form can be had; as ``solve`` and ``grow_tree``.
     """
     found: list[Form | _Growing] = [_recursive(problem)]
     clip_solution = _solved_without_bounds(problem, max_regions, progress, found)
+    too_large: list[ExplicitError] = []
     if clip_solution is not None:
-        found += _trees("clip tree", *clip_solution, progress, found)
+        found += _trees("clip tree", *clip_solution, progress, found, max_nodes, too_large)
+    if too_large and not any(isinstance(each, _Growing) or each.count for each in found):
+        raise too_large[0]  # a law tree tells more regions apart
     own = _solved(problem, max_regions, progress, found)
     if own is not None:
         others = [each for each in found if isinstance(each, _Growing)]
@@ -115,10 +119,12 @@ def choose(
             note = f"not grown: {len(own.regions)} regions, against {clipped} of the clip tree"
             found.append(Form("law tree", None, None, note))
         else:
-            found += _trees("law tree", own, None, progress, found)
+            found += _trees("law tree", own, None, progress, found, max_nodes, too_large)
     _search(found, work)
     forms = tuple(each.form() if isinstance(each, _Growing) else each for each in found)
     able = [form for form in forms if form.count is not None]
+    if not able and too_large:
+        raise too_large[0]
     if not able:
         notes = "; ".join(f"{form.name}: {form.note}" for form in forms)
         raise ExplicitError("lookup", None, f"a form that can be had ({notes})")
@@ -144,6 +150,8 @@ def _solved_without_bounds(
         program, clip = without_first_bounds(problem)
         return solve(program, max_regions, progress), clip
     except ExplicitError as error:
+        if error.key == "number of regions" and problem.rows.shape[0]:
+            raise  # with the bounds there are more
         found.append(Form("clip tree", None, None, str(error)))
     return None
 
@@ -169,8 +177,11 @@ def _trees(
     clip: tuple[float, float] | None,
     progress: Progress | None,
     so_far: list[Form | _Growing],
+    max_nodes: int,
+    too_large: list[ExplicitError],
 ) -> list[Form | _Growing]:
-    """Greedy trees of a solution, for all parameters and for halves of them."""
+    """Greedy trees of a solution, for all parameters and for halves of them; why the one for all is
+    not to be had goes to ``too_large``."""
     found: list[Form | _Growing] = []
     arrangement = arrange(solution)
     whole: Growth | None = None
@@ -189,7 +200,14 @@ def _trees(
             note = f"not grown: one of depth {depth} costs {bound}, and none less deep is likely"
             found.append(Form(title, None, None, note, solution))
             continue
-        growth = Growth(arrangement, mirror, progress)
+        try:
+            growth = Growth(arrangement, mirror, progress, max_nodes)
+        except ExplicitError as error:
+            found.append(Form(title, None, None, str(error), solution))
+            if mirror < 0:
+                too_large.append(error)
+                break
+            continue
         whole = growth if mirror < 0 else whole
         found.append(_Growing(title, arrangement, growth, clip))
     return found

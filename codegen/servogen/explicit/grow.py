@@ -27,6 +27,9 @@ from servogen.progress import Progress, Silent, Task
 # Candidates of a node that are tried, search by search.
 _WIDTHS = (2, 3, 5, 8, 13, 21, 34)
 _NONE = 10**9
+# Inner nodes of a greedy tree unless the caller says otherwise: some hundred kilobytes of tables,
+# half a minute of growing.
+MAX_NODES = 5000
 # A node with more pieces than this counts for several: cutting them is what takes the time.
 _PIECES = 5
 
@@ -54,6 +57,7 @@ class _OutOfWork(Exception):
 @dataclass
 class _Search:
     pieces: Pieces
+    most: int
     task: Task
     orders: dict[Node, list[_Candidate]] = field(default_factory=dict)
     halves: dict[tuple[Node, int, int], Node] = field(default_factory=dict)
@@ -64,8 +68,13 @@ class _Search:
         if node not in self.orders:
             self.task.advance()
             self.opened += -(-len(node) // _PIECES)
+            if len(self.orders) >= self.most:
+                raise _too_large(self.most)
             below, above, pieces = self.pieces.scores(node)
             useful = np.flatnonzero((below > 0) & (above > 0))
+            if not useful.size:
+                expected = "regions whose hyperplanes tell them apart (fewer constraints)"
+                raise ExplicitError("search tree", "cut short for want of digits", expected)
             worse = np.maximum(below, above)[useful]
             ranked = np.lexsort((useful, pieces[useful], (below + above)[useful], worse))
             best = useful[ranked][: _WIDTHS[-1]]
@@ -78,6 +87,11 @@ class _Search:
         if key not in self.halves:
             self.halves[key] = self.pieces.part(node, plane, side)
         return self.halves[key]
+
+
+def _too_large(most: int) -> ExplicitError:
+    expected = f"at most {most} (a shorter horizon, fewer constraints, or a higher limit)"
+    return ExplicitError("number of tree nodes", f"more than {most}", expected)
 
 
 def least_depth(laws: int) -> int:
@@ -184,6 +198,7 @@ def grow_tree(
     work: int = 20_000,
     mirror: int = -1,
     progress: Progress | None = None,
+    max_nodes: int = MAX_NODES,
 ) -> Tree:
     """A search tree with law leaves that is right for every feasible parameter of the domain.
 
@@ -192,11 +207,13 @@ def grow_tree(
             with many pieces of regions counts for several.
         mirror: build for the half of the parameters where this coordinate is not negative; the
             program must be odd (``is_odd``).
+        max_nodes: inner nodes of the greedy tree beyond which there is none.
 
     Raises:
-        ExplicitError: ``mirror`` on a program that is not odd.
+        ExplicitError: ``mirror`` on a program that is not odd, more than ``max_nodes`` nodes, or
+            laws that no hyperplane tells apart.
     """
-    growth = Growth(arrange(solution), mirror, progress)
+    growth = Growth(arrange(solution), mirror, progress, max_nodes)
     growth.thin_out(work - growth.lower(work))
     return growth.tree()
 
@@ -209,11 +226,15 @@ class Growth:
         least: no tree is shallower.
 
     Raises:
-        ExplicitError: ``mirror`` on a program that is not odd.
+        ExplicitError: as ``grow_tree``.
     """
 
     def __init__(
-        self, arrangement: Arrangement, mirror: int = -1, progress: Progress | None = None
+        self,
+        arrangement: Arrangement,
+        mirror: int = -1,
+        progress: Progress | None = None,
+        max_nodes: int = MAX_NODES,
     ) -> None:
         solution = arrangement.solution
         if mirror >= 0 and not is_odd(solution):
@@ -224,11 +245,13 @@ class Growth:
         self.depth, self.leaves = 0, 1
         with self._watcher.task("Growing the search tree") as task:
             pieces, self._root = whole(arrangement, mirror)
-            self._search = _Search(pieces, task)
+            self._search = _Search(pieces, max_nodes, task)
+            self._unit = arrangement.unit
             self.least = least_depth(pieces.laws_of(self._root))
             self._plans: _Shallow | _Fewest = _Fewest(self._search, 1, _NONE)
             if self.least:
                 self._take(self._plans, self._greedy_depth())
+            self._search.most = _NONE  # the searches that follow end at their work
 
     def _greedy_depth(self) -> int:
         depth = self.least
@@ -298,12 +321,12 @@ class Growth:
                         part = self._search.half(node, cut.plane, half)
                         following.append((part, place, half))
             level, left = following, left - 1
-        return _tabled(pieces.planes[planes], children, self.mirror)
+        return _tabled(pieces.planes[planes], self._unit, children, self.mirror)
 
 
-def _tabled(planes: FloatArray, children: list[list[int]], mirror: int) -> Tree:
+def _tabled(planes: FloatArray, unit: float, children: list[list[int]], mirror: int) -> Tree:
     lengths = np.linalg.norm(planes[:, :-1], axis=1)
-    normals, offsets = planes[:, :-1] / lengths[:, None], -planes[:, -1] / lengths
+    normals, offsets = planes[:, :-1] / lengths[:, None], -planes[:, -1] / lengths * unit
     return Tree(normals, offsets, np.array(children, dtype=np.int32), 0, mirror)
 
 

@@ -90,8 +90,7 @@ def canonical(problem: ParametricQP) -> Canonical:
         raise ExplicitError(f"rows[{i}]", 0.0, expected)
     w_seen = (w - g @ offset) / lengths
     e_seen = (s - g @ slope) / lengths[:, None]
-    # one scale for all rows: s is measured so that a typical slack is one
-    size = float(np.median(np.abs(w_seen[w_seen != 0.0]))) if np.any(w_seen) else 1.0
+    size = _one(w_seen, numbers >= problem.rows.shape[0])
     nu = problem.first_move
     own = scaled_optimum(problem) if problem.is_box else None
     box = own is not None and _rank(own.matrix) == problem.variables
@@ -116,6 +115,19 @@ def canonical(problem: ParametricQP) -> Canonical:
         image=image,
         box_optimum=box,
     )
+
+
+def _one(slacks: FloatArray, alone: npt.NDArray[np.bool_]) -> float:
+    """What s is measured in: a typical slack of the bounds on single variables, of all rows where
+    there are none.
+
+    Limits of a plant's states may be a million times farther than its inputs reach in a horizon; in
+    their measure every region between the inputs' bounds would count as flat.
+    """
+    for rows in (slacks[alone], slacks):
+        if np.any(rows):
+            return float(np.median(np.abs(rows[rows != 0.0])))
+    return 1.0
 
 
 def scales(problem: ParametricQP) -> tuple[FloatArray, FloatArray]:
@@ -156,11 +168,9 @@ def _image(problem: ParametricQP, e_seen: FloatArray, slope: FloatArray) -> Imag
     rank = _rank(seen)
     if rank == 0:
         raise ExplicitError("linear and bounds_parameter", 0.0, "a parameter that matters")
-    if rank == problem.parameters:
-        matrix = np.diag(columns)  # as many as there are: no reason to mix them
-    else:
-        matrix = (values[:rank, None] * right[:rank]) * columns
-        matrix = _fixed_signs(matrix)
+    # mixed even where there are as many: parameters of which the slacks see nearly one combination
+    # (positions and speeds over a few samples) would leave every region a needle
+    matrix = _fixed_signs((values[:rank, None] * right[:rank]) * columns)
     # eta of unit size moves the slacks by about their own size
     image = np.linalg.lstsq(matrix.T, seen.T, rcond=None)[0].T
     matrix = matrix * np.linalg.norm(image, axis=0)[:, None] / np.sqrt(max(1, seen.shape[0]))
@@ -206,6 +216,10 @@ def _domain(problem: ParametricQP, image: Image) -> tuple[FloatArray | None, Flo
     if image.size == problem.parameters:
         rows = problem.domain_rows @ np.linalg.inv(image.matrix)
         return _unit_rows(rows, problem.domain_bounds + rows @ image.offset)
+    seen = problem.domain_rows @ _right_inverse(image)
+    lost = np.max(np.abs(seen @ image.matrix - problem.domain_rows), axis=1)
+    if np.all(lost <= SAME_PLANE * np.max(np.abs(problem.domain_rows), axis=1)):
+        return _unit_rows(seen, problem.domain_bounds + seen @ image.offset)
     box = _as_box(problem)
     if box is None or comb(problem.parameters, image.size - 1) > MAX_IMAGE_FACETS // 2:
         return None, None

@@ -18,9 +18,11 @@ Node = tuple[int, ...]
 @dataclass(frozen=True)
 class Arrangement:
     """What all trees of a solution begin with: ``planes`` (planes, r + 1), homogeneous unit normals
-    of the candidate hyperplanes, and every region within the domain as a cone."""
+    of the candidate hyperplanes, and every region within the domain as a cone, with lengths in
+    ``unit``."""
 
     solution: ExplicitSolution
+    unit: float
     planes: FloatArray
     cones: tuple[Cone, ...]
 
@@ -91,12 +93,14 @@ class Pieces:
         return [self._parts[key] for key in keys]
 
     def _sides_of(self, pieces: list[int], plane: int, side: int, parts: list[Cone]) -> BoolArray:
-        """A part is on the side that its piece is on of every plane that does not cross that."""
+        """A part is on the side that its piece is on of every plane that does not cross that; where
+        its points, for want of digits, tell of neither, it counts for both."""
         where: BoolArray = self.sides[pieces]
         where[:, 1 - side, plane] = False
         crossed = where[:, 0] & where[:, 1]
         planes = np.flatnonzero(np.any(crossed, axis=0))
         found = sides(parts, self.planes[planes])
+        found |= ~np.any(found, axis=1, keepdims=True)
         where[:, :, planes] = np.where(crossed[:, None, planes], found, where[:, :, planes])
         return where
 
@@ -120,7 +124,14 @@ class Pieces:
         return held[0], held[1], np.sum(where, axis=(0, 1))
 
 
-def hyperplanes(solution: ExplicitSolution) -> FloatArray:
+def _unit(solution: ExplicitSolution) -> float:
+    """The height of the farthest hyperplane, or 1: two far ones, of limits on a plant's states,
+    must not lose their difference beside the coordinate that makes them homogeneous."""
+    heights = (float(np.max(np.abs(region.k), initial=1.0)) for region in solution.regions)
+    return max(heights, default=1.0)
+
+
+def hyperplanes(solution: ExplicitSolution, unit: float = 1.0) -> FloatArray:
     """(planes, r + 1): those of all facets of all regions, each once, homogeneous unit normals.
 
     The largest entry of the part that multiplies eta is positive.
@@ -128,7 +139,7 @@ def hyperplanes(solution: ExplicitSolution) -> FloatArray:
     size = solution.image.size
     kept = np.zeros((0, size + 1))
     for region in solution.regions:
-        for row in homogeneous(region.h, region.k) if region.k.size else ():
+        for row in homogeneous(region.h, region.k / unit) if region.k.size else ():
             signed = row * np.sign(row[np.argmax(np.abs(row[:size]))])
             if not kept.size or np.min(np.max(np.abs(kept - signed), axis=1)) > SAME_PLANE:
                 kept = np.vstack([kept, signed])
@@ -138,11 +149,12 @@ def hyperplanes(solution: ExplicitSolution) -> FloatArray:
 def arrange(solution: ExplicitSolution) -> Arrangement:
     """The hyperplanes and the regions that trees are grown from."""
     rows, bounds = solution.program.domain_rows, solution.program.domain_bounds
+    unit = _unit(solution)
     cones = [
-        cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]))
+        cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]) / unit)
         for region in solution.regions
     ]
-    return Arrangement(solution, hyperplanes(solution), tuple(cones))
+    return Arrangement(solution, unit, hyperplanes(solution, unit), tuple(cones))
 
 
 def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
