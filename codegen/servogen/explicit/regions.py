@@ -123,9 +123,7 @@ def candidate(program: Canonical, active: tuple[int, ...]) -> Candidate | None:
     )
 
 
-def exchanges(
-    program: Canonical, active: tuple[int, ...], entering: int
-) -> list[tuple[int, ...]]:
+def exchanges(program: Canonical, active: tuple[int, ...], entering: int) -> list[tuple[int, ...]]:
     """Active sets beyond a facet where a row that depends on the active ones is reached.
 
     With g_entering = sum c_i g_i, the multiplier of the entering row can rise until that of an i
@@ -172,10 +170,10 @@ def facets(
 ) -> list[list[list[int]]]:
     """Of each candidate, the rows that are facets within the domain, with the rows equal to them.
 
-    Rays from an interior point, along the rows and to the middle of other regions behind them, settle
-    most rows: the one that a ray meets first, well before any other, is a facet. The others cost a
-    linear program each; all are solved together. Of a
-    full-dimensional set without equal rows, those that are no facets may go together.
+    Rays from an interior point, along the rows and to the middle of other regions behind them,
+    settle most rows: the one that a ray meets first, well before any other, is a facet. The others
+    cost a linear program each; all are solved together. Of a full-dimensional set without equal
+    rows, those that are no facets may go together.
     """
     groups = [_equal_rows(each.h, each.k) for each in made]
     leaders = [[group[0] for group in mine] for mine in groups]
