@@ -32,7 +32,7 @@ def parameters(solution: ExplicitSolution) -> np.ndarray:
     near = generator.uniform(-3.0, 3.0, (THIRD // 2, 3))
     back = np.linalg.pinv(solution.image.matrix)
     inside[: THIRD // 2] = near @ back.T
-    planes = hyperplanes(solution)
+    planes, _ = hyperplanes(solution)
     chosen = planes[generator.integers(0, len(planes), THIRD)]
     normals = chosen[:, :3] / np.linalg.norm(chosen[:, :3], axis=1, keepdims=True)
     heights = -chosen[:, 3] / np.linalg.norm(chosen[:, :3], axis=1)

@@ -114,7 +114,8 @@ def choose(
     own = _solved(problem, max_regions, progress, found)
     if own is not None:
         others = [each for each in found if isinstance(each, _Growing)]
-        if others and len(own.regions) > MANY_REGIONS:
+        many = others and others[0].growth.leaves > MANY_LEAVES
+        if others and (many or len(own.regions) > MANY_REGIONS):
             clipped = len(others[0].arrangement.solution.regions)
             note = f"not grown: {len(own.regions)} regions, against {clipped} of the clip tree"
             found.append(Form("law tree", None, None, note))

@@ -48,6 +48,9 @@ from servogen.qp.parametric import ParametricQP
 _STARTS = 40
 # Active sets whose linear programs are solved together.
 _CHUNK = 256
+# Parts of facets, beyond one for every fourth region, that may have to be stepped across: theory
+# settles nearly all; where it does not, planes too close for a double are to blame.
+_PARTS = 20
 
 
 def solve(
@@ -148,6 +151,7 @@ class _Search:
     flat: set[ActiveSet] = field(default_factory=set)
     unresolved: list[str] = field(default_factory=list)
     slivers: int = 0
+    parts: int = 0
     counts: dict[str, int] = field(default_factory=lambda: {"end": 0, "shared": 0, "stepped": 0})
 
     def run(self) -> None:
@@ -247,6 +251,10 @@ class _Search:
         self.counts["stepped"] += 1
         pieces = [facet_of(region, self.program, row)]
         while pieces:
+            self.parts += 1
+            if self.parts > _PARTS + len(self.regions) // 4:
+                expected = "regions that numbers tell apart (fewer constraints, a shorter horizon)"
+                raise ExplicitError("set of facets", "in too many parts", expected)
             piece = pieces.pop()
             place = generic_point(piece)
             if place is None:

@@ -30,6 +30,9 @@ _NONE = 10**9
 # Inner nodes of a greedy tree unless the caller says otherwise: some hundred kilobytes of tables,
 # half a minute of growing.
 MAX_NODES = 5000
+# Random ways that a tree's size is estimated from before it is grown: a quarter off, so one that is
+# estimated at twice the limit has no chance.
+_PROBES, _HOPELESS = 20, 2
 # A node with more pieces than this counts for several: cutting them is what takes the time.
 _PIECES = 5
 
@@ -69,7 +72,7 @@ class _Search:
             self.task.advance()
             self.opened += -(-len(node) // _PIECES)
             if len(self.orders) >= self.most:
-                raise _too_large(self.most)
+                raise _too_large(self.most, f"more than {self.most}")
             below, above, pieces = self.pieces.scores(node)
             useful = np.flatnonzero((below > 0) & (above > 0))
             if not useful.size:
@@ -89,9 +92,9 @@ class _Search:
         return self.halves[key]
 
 
-def _too_large(most: int) -> ExplicitError:
+def _too_large(most: int, found: str) -> ExplicitError:
     expected = f"at most {most} (a shorter horizon, fewer constraints, or a higher limit)"
-    return ExplicitError("number of tree nodes", f"more than {most}", expected)
+    return ExplicitError("number of tree nodes", found, expected)
 
 
 def least_depth(laws: int) -> int:
@@ -250,8 +253,26 @@ class Growth:
             self.least = least_depth(pieces.laws_of(self._root))
             self._plans: _Shallow | _Fewest = _Fewest(self._search, 1, _NONE)
             if self.least:
+                self._refuse_hopeless(max_nodes)
                 self._take(self._plans, self._greedy_depth())
             self._search.most = _NONE  # the searches that follow end at their work
+
+    def _refuse_hopeless(self, max_nodes: int) -> None:
+        """Ends early where the greedy tree would be far too large, by Knuth's estimate (1975): the
+        nodes on a random way to a leaf, each as often as there are ways of its length."""
+        chance = np.random.default_rng(_PROBES)
+        total = 0
+        for _ in range(_PROBES):
+            node, ways = self._root, 1
+            while True:
+                total, best = total + ways, self._search.order(node)[0]
+                side, ways = int(chance.integers(2)), 2 * ways
+                if best.laws[side] == 1:
+                    break
+                node = self._search.half(node, best.plane, side)
+        expected = total // _PROBES
+        if expected > _HOPELESS * max_nodes:
+            raise _too_large(max_nodes, f"about {expected}")
 
     def _greedy_depth(self) -> int:
         depth = self.least

@@ -19,12 +19,13 @@ Node = tuple[int, ...]
 class Arrangement:
     """What all trees of a solution begin with: ``planes`` (planes, r + 1), homogeneous unit normals
     of the candidate hyperplanes, and every region within the domain as a cone, with lengths in
-    ``unit``."""
+    ``unit``; ``sides`` (regions, 2, planes): whether each has points below, above each plane."""
 
     solution: ExplicitSolution
     unit: float
     planes: FloatArray
     cones: tuple[Cone, ...]
+    sides: BoolArray
 
     def in_half(self, mirror: int) -> int:
         """How many regions have points where a coordinate is positive."""
@@ -131,19 +132,28 @@ def _unit(solution: ExplicitSolution) -> float:
     return max(heights, default=1.0)
 
 
-def hyperplanes(solution: ExplicitSolution, unit: float = 1.0) -> FloatArray:
-    """(planes, r + 1): those of all facets of all regions, each once, homogeneous unit normals.
+def hyperplanes(
+    solution: ExplicitSolution, unit: float = 1.0
+) -> tuple[FloatArray, list[list[tuple[int, int]]]]:
+    """(planes, r + 1): those of all facets of all regions, each once, homogeneous unit normals; and
+    of each region, which planes its facets lie on, below (0) or above (1) which it is.
 
     The largest entry of the part that multiplies eta is positive.
     """
     size = solution.image.size
     kept = np.zeros((0, size + 1))
+    facets: list[list[tuple[int, int]]] = []
     for region in solution.regions:
+        own = []
         for row in homogeneous(region.h, region.k / unit) if region.k.size else ():
-            signed = row * np.sign(row[np.argmax(np.abs(row[:size]))])
-            if not kept.size or np.min(np.max(np.abs(kept - signed), axis=1)) > SAME_PLANE:
-                kept = np.vstack([kept, signed])
-    return kept
+            sign = np.sign(row[np.argmax(np.abs(row[:size]))])
+            apart = np.max(np.abs(kept - sign * row), axis=1)
+            at = int(np.argmin(apart)) if apart.size else 0
+            if not apart.size or apart[at] > SAME_PLANE:
+                at, kept = len(kept), np.vstack([kept, sign * row])
+            own.append((at, int(sign < 0.0)))
+        facets.append(own)
+    return kept, facets
 
 
 def arrange(solution: ExplicitSolution) -> Arrangement:
@@ -154,7 +164,12 @@ def arrange(solution: ExplicitSolution) -> Arrangement:
         cone_of(np.vstack([region.h, rows]), np.concatenate([region.k, bounds]) / unit)
         for region in solution.regions
     ]
-    return Arrangement(solution, unit, hyperplanes(solution, unit), tuple(cones))
+    planes, facets = hyperplanes(solution, unit)
+    where = sides(cones, planes)
+    for i, own in enumerate(facets):  # known, whatever the digits of a far-off corner say
+        for plane, side in own:
+            where[i, side, plane], where[i, 1 - side, plane] = True, False
+    return Arrangement(solution, unit, planes, tuple(cones), where)
 
 
 def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
@@ -165,6 +180,7 @@ def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
     """
     solution, pieces = arrangement.solution, Pieces(arrangement.planes)
     cones = dict(enumerate(arrangement.cones))
+    own = arrangement.sides
     if mirror >= 0:
         half = np.eye(solution.image.size + 1)[mirror]
         where = sides(arrangement.cones, half[None])[:, :, 0]
@@ -173,7 +189,9 @@ def whole(arrangement: Arrangement, mirror: int = -1) -> tuple[Pieces, Node]:
             for i, cone in cones.items()
             if where[i, 1]
         }
-    own = sides(list(cones.values()), arrangement.planes)
+        found = sides(list(cones.values()), arrangement.planes)
+        found &= own[list(cones)]
+        own = found | (own[list(cones)] & ~np.any(found, axis=1, keepdims=True))
     root = [
         pieces.add(i, int(solution.law_of[i]), cone, seen)
         for (i, cone), seen in zip(cones.items(), own, strict=True)

@@ -200,7 +200,9 @@ def facets(
         at, row = chunk[:, 0], chunk[:, 1]
         loosened = k[at]
         loosened[np.arange(at.size), row] += 1.0
-        tops = greatest_many(h[at], loosened, h[at, row], domain_h if domain_k.size else None)
+        shared = domain_h if domain_k.size else None
+        floors = k[at, row] + 0.5 * REDUNDANT
+        tops = greatest_many(h[at], loosened, h[at, row], shared, floors)
         is_facet[at, row] = tops > k[at, row] + REDUNDANT
     return [
         [group for group, facet in zip(mine, is_facet[i], strict=False) if facet]

@@ -31,6 +31,8 @@ _EMPTY = -1.0
 _MAX_PIVOTS = 200
 # Programs that go through the method together, so that their rows stay within some megabytes.
 _BATCH = 256
+# Of those, how many may be left for HiGHS. None are where planes can be told apart.
+_HOPELESS = 32
 
 
 @dataclass(frozen=True)
@@ -51,33 +53,44 @@ def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
 
 
 def greatest_many(
-    h: FloatArray, k: FloatArray, objectives: FloatArray, shared: FloatArray | None = None
+    h: FloatArray,
+    k: FloatArray,
+    objectives: FloatArray,
+    shared: FloatArray | None = None,
+    floors: FloatArray | None = None,
 ) -> FloatArray:
     """The same for a batch: k (batch, rows), objectives (batch, n), h as k or one for all.
 
-    ``shared`` (more, n) are further rows that all programs have; their bounds are last in k.
+    ``shared`` (more, n) are further rows that all programs have; their bounds are last in k. A
+    program shown to stay below its floor, (batch,), may be given any value between.
     """
     values = np.empty(k.shape[0])
+    least = np.full(k.shape[0], -np.inf) if floors is None else floors
     for start in range(0, k.shape[0], _BATCH):
         chunk = slice(start, start + _BATCH)
         own = h if h.ndim == 2 else h[chunk]
-        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk], shared)
+        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk], shared, least[chunk])
     return values
 
 
 def _greatest_chunk(
-    h: FloatArray, k: FloatArray, objectives: FloatArray, shared: FloatArray | None
+    h: FloatArray,
+    k: FloatArray,
+    objectives: FloatArray,
+    shared: FloatArray | None,
+    floors: FloatArray,
 ) -> FloatArray:
     values = np.full(k.shape[0], np.nan)
     todo = np.arange(k.shape[0])
     for wall in _WALLS:
         own = h if h.ndim == 2 else h[todo]
-        found = _simplex(own, shared, k[todo], objectives[todo], wall)
+        found = _simplex(own, shared, k[todo], objectives[todo], wall, floors[todo])
         good = found.settled & ~found.walled
         values[todo[good]] = np.sum(found.points * objectives[todo], axis=1)[good]
         todo = todo[~good]
         if not todo.size:
             return values
+    _require_few(todo, k.shape[0])
     for i in todo:
         try:
             rows = h if h.ndim == 2 else h[i]
@@ -130,11 +143,12 @@ def _ball_chunk(h: FloatArray, k: FloatArray, cap: float, shared: FloatArray | N
     if shared is not None:
         wide = np.column_stack([shared, np.sqrt(np.sum(shared * shared, axis=1))])
     objective = np.append(np.zeros(n), 1.0)
+    floors = np.full(batch, _EMPTY * cap)
     result: list[Ball | None] = [None] * batch
     todo = np.arange(batch)
     for wall in _WALLS:
         wanted = np.tile(objective, (todo.size, 1))
-        found = _simplex(rows[todo], wide, bounds[todo], wanted, wall, _EMPTY * cap)
+        found = _simplex(rows[todo], wide, bounds[todo], wanted, wall, floors[todo])
         # a ball of good size is inside the set; a small one may be the walls' doing
         good = found.settled & (~found.walled | (found.points[:, n] > 1e-3 * cap))
         for i in np.flatnonzero(good):
@@ -142,10 +156,23 @@ def _ball_chunk(h: FloatArray, k: FloatArray, cap: float, shared: FloatArray | N
         todo = todo[~good]
         if not todo.size:
             break
+    _require_few(todo, batch)
     for i in todo:
         all_rows = rows[i] if wide is None else np.vstack([rows[i], wide])
         result[i] = _ball_by_highs(all_rows, bounds[i], objective)
     return [ball for ball in result if ball is not None]
+
+
+def _require_few(left: IntArray, asked: int) -> None:
+    """Ends where HiGHS would be asked about a good part of many programs: what then comes of
+    minutes of work is not to be relied on.
+
+    Raises:
+        SetError: more than ``_HOPELESS`` of a full batch are left.
+    """
+    if asked >= _HOPELESS and left.size > _HOPELESS:
+        said = f"{left.size} of {asked} linear programs that do not settle"
+        raise SetError("constraints", said, "planes that are farther apart")
 
 
 def _ball_by_highs(rows: FloatArray, bounds: FloatArray, objective: FloatArray) -> Ball:
@@ -179,12 +206,12 @@ def _simplex(
     k: FloatArray,
     objectives: FloatArray,
     wall: float,
-    floor: float = -np.inf,
+    floors: FloatArray,
 ) -> _Vertices:
     """Dual simplex from the walls' corners. h: (rows, n) for all, or (batch, rows, n).
 
     The value of every basis on the way is above the greatest one; a program whose basis shows it to
-    be below ``floor`` ends there.
+    be below its floor, (batch,), ends there.
     """
     if h.ndim == 2:
         h, shared = np.zeros((k.shape[0], 0, h.shape[1])), h
@@ -209,7 +236,7 @@ def _simplex(
         with np.errstate(divide="ignore", invalid="ignore"):
             ratios = np.where(share > 1e-11, duals / share, np.inf)
         least = ratios.min(axis=1)
-        low = np.sum(objectives[live] * points, axis=1) < floor
+        low = np.sum(objectives[live] * points, axis=1) < floors[live]
         below[live[low]], ends = True, ends | low
         stuck = ~ends & np.isinf(least)  # no point within the walls: HiGHS is to say it
         optimal[live[ends]] = True
@@ -231,7 +258,7 @@ def _simplex(
         inverse = inverse - pivot[:, :, None] * share[:, None, :]
         inverse[at, :, out] = pivot
         basis[at, out], held[at, out] = worst, k[live, worst]
-    return _verified(h, shared, k, objectives, signs, final, optimal, wall, below, floor)
+    return _verified(h, shared, k, objectives, signs, final, optimal, wall, below, floors)
 
 
 def _heights(h: FloatArray, shared: FloatArray | None, points: FloatArray) -> FloatArray:
@@ -275,10 +302,10 @@ def _transposed(rows: FloatArray, objectives: FloatArray) -> tuple[FloatArray, B
 def _verified(
     h: FloatArray, shared: FloatArray | None, k: FloatArray, objectives: FloatArray,
     signs: FloatArray, basis: IntArray, optimal: BoolArray, wall: float, below: BoolArray,
-    floor: float,
+    floors: FloatArray,
 ) -> _Vertices:  # fmt: skip
     """Vertices solved afresh from their bases; settled where they pass the test of optimality, or
-    where their multipliers alone show that the greatest value is ``below`` the floor."""
+    where their multipliers alone show that the greatest value is ``below`` their floor."""
     batch, n = objectives.shape
     at = np.arange(batch)[:, None]
     at_wall = basis < 0
@@ -301,8 +328,7 @@ def _verified(
     slack = LP_RESIDUAL * (1.0 + 1e-3 * np.max(np.abs(points), axis=1))
     if k.shape[1]:
         excess = _heights(h, shared, points) - k
-        under = below & (np.sum(duals * held, axis=1) < floor) & (
-            np.sum(points * objectives, axis=1) < floor)  # fmt: skip
+        under = below & (np.sum(duals * held, axis=1) < floors)
         settled &= under | (np.max(excess, axis=1) <= slack)
     walled = np.any(at_wall & (duals > 1e-12 * size[:, None]), axis=1)
     return _Vertices(points, settled, walled)
