@@ -46,8 +46,8 @@ class Count:
 
     @property
     def work(self) -> int:
-        """Operations altogether, each for one."""
-        return self.multiply_adds + self.additions + self.comparisons + self.sign_changes
+        """Operations altogether, each for one; a sign change turns a bit and counts for none."""
+        return self.multiply_adds + self.additions + self.comparisons
 
     @property
     def all_additions(self) -> int:
