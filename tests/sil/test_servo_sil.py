@@ -131,4 +131,4 @@ def test_the_pid_around_the_machine(precision: str) -> None:
     run = run_drive(servo, PidLoop(twin), swinging, 1000)
     assert twin.agreement.passed, twin.agreement.difference
     assert twin.agreement.calls == 1000 * (1 + servo.ratio) + 1
-    assert np.max(np.abs(run.current)) == servo.project.controller.mpc.current_limit_ma
+    assert np.max(np.abs(run.current)) == servo.project.controller.mpc.current_limit_ma[1]

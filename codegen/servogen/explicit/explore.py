@@ -75,7 +75,9 @@ def solve(
         with watcher.task("Computing regions", total=count) as task:
             found, findings = _all_patterns(problem, program, max_regions, task)
     else:
-        with watcher.task("Computing regions") as task:
+        # how many there are nobody knows: the count goes up to the limit at the most
+        title = f"Computing regions, at most {max_regions}"
+        with watcher.task(title, total=max_regions) as task:
             search = _Search(problem, program, max_regions, task)
             search.run()
         found, findings = list(search.regions.values()), search.findings()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servogen.explicit.choose import Form
+from servogen.project.limits import Limits, as_written
 from servogen.reports.numbers import NOTHING, fixed, number, percent
 from servogen.reports.servo_data import ServoReportData
 from servogen.reports.style import PATH_COLOUR, X_COLOUR, Y_COLOUR, Figure, layout, limit, line
@@ -20,7 +21,7 @@ from servogen.reports.tables import (
 )
 from servogen.systems.metrics import Bound
 from servogen.systems.servo_charts import Study
-from servogen.systems.servo_study import HORIZONS, PRINTED_MPC, PRINTED_PID, TrackingTable
+from servogen.systems.servo_study import HORIZONS, PRINTED_MPC, PRINTED_PID, TrackingTable, within
 from servogen.systems.servo_task import TaskRow
 
 
@@ -63,7 +64,7 @@ def tracking_tables(study: Study) -> list[Table]:
         ("case", "hold", *(f"H_t = {h}" for h in HORIZONS), "PID"),
         tuple(rows),
         "Sum of the magnitudes of the error over the last cycle, H_t = H_u, as a share of "
-        "set-point tracking (H_t = 1).",
+        f"set-point tracking (H_t = 1); {within(table.case for table in study.tables)}.",
     )
     cells = tuple(
         (
@@ -128,7 +129,7 @@ def horizon_figure(study: Study) -> Figure:
         "horizons",
         "Error against the trajectory horizon",
         "Figures 7 and 8 of the paper in kind: summed error of the last cycle, set-point tracking "
-        "being 1.",
+        f"being 1; {within(table.case for table in study.tables)}.",
         traces,
         shape,
         height=560,
@@ -177,9 +178,14 @@ def _bound(row: TaskRow, bound: Bound) -> tuple[Cell, ...]:
         figure_cell(bound.worst, 5),
         figure_cell(bound.limit, 5),
         text(bound.unit),
-        Cell(percent(bound.worst / bound.limit), numeric=True),
+        Cell(NOTHING if np.isnan(bound.share) else percent(bound.share), numeric=True),
         verdict,
     )
+
+
+def _limits(limits: Limits) -> object:
+    written = as_written(limits)
+    return f"{limits[0]:g} to {limits[1]:g}" if isinstance(written, list) else written
 
 
 def design_tables(data: ServoReportData) -> list[Table]:
@@ -195,7 +201,7 @@ def design_tables(data: ServoReportData) -> list[Table]:
         "reference extension": project.controller.mpc.reference_extension.replace("_", " ")
         + " hold",
         "parameters of the program": mpc.problem.layout.size,
-        "current limit [mA]": project.controller.mpc.current_limit_ma,
+        "current limit [mA]": _limits(project.controller.mpc.current_limit_ma),
         "slowest pole of the filter": mpc.filter.decay,
         "one turn [deg]": mpc.turn or "none: the axis has ends",
     }

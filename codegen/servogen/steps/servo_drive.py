@@ -132,7 +132,7 @@ class ServoSystem:
         def run(own: Repeating, periods: int | None, advance: Callable[[], None]) -> LoopEnd:
             done = run_task(self.servo, task, loop(own), periods, advance)
             row = judge_task(self.servo, controller, task, done)
-            return LoopEnd(row.samples, row.samples == task.samples, row.passed)
+            return LoopEnd(row.samples, row.samples == task.samples, tuple(row.broken))
 
         return run
 

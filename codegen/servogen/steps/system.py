@@ -41,11 +41,17 @@ class Simulation(Result, Protocol):
 
 @dataclass(frozen=True)
 class LoopEnd:
-    """How a closed loop ended: after so many periods, finished or not, its limits kept or not."""
+    """How a closed loop ended: after so many periods, finished or not, with a sentence for every
+    limit that its controller has to keep and did not. How well it tracks is no such limit."""
 
     periods: int
     complete: bool
-    kept: bool
+    faults: tuple[str, ...] = ()
+
+    @property
+    def kept(self) -> bool:
+        """Whether every limit was."""
+        return not self.faults
 
 
 @dataclass(frozen=True)
