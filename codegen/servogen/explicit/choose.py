@@ -215,8 +215,7 @@ def _trees(
         except ExplicitError as error:
             found.append(Form(title, None, None, str(error), solution))
             if mirror < 0:
-                too_large.append(error)
-                break
+                too_large.append(error)  # half a tree may still be had
             continue
         whole = growth if mirror < 0 else whole
         found.append(_Growing(title, own, growth, clip))
