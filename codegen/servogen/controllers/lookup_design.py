@@ -195,6 +195,7 @@ def declare_lookup(design: LookupDesign) -> Declaration:
         high=design.reach,
     )
     own = _tree(design, form) if isinstance(form, TreeLookup) else _clips(design, form)
+    found = (move, *own.operations[0].outputs)
     edges = 0 if design.feasible is None else design.feasible.bounds.size
     return replace(
         own,
@@ -210,9 +211,14 @@ def declare_lookup(design: LookupDesign) -> Declaration:
             *own.tables,
         ),
         operations=(
+            Operation("find", "The first move of the optimum for a parameter.", (theta,), found),
+        ),
+        trusting=(
             Operation(
-                "find", "The first move of the optimum for a parameter.", (theta,),
-                (move, *own.operations[0].outputs),
+                "solve",
+                "As find, for a parameter that the caller has bounded: that it is a number and in "
+                "range is not looked at.",
+                (theta,), found, shares="find",
             ),
         ),
         facts={"has_edges": edges > 0, **own.facts},

@@ -13,7 +13,10 @@ from servogen.explicit.grow import MAX_NODES, Growth, is_odd, least_depth
 from servogen.explicit.lookup import Count, TreeLookup, count_clips, tree_lookup
 from servogen.explicit.pieces import Arrangement, arrange
 from servogen.explicit.solution import ExplicitSolution
+from servogen.explicit.tolerances import SAME_PLANE
 from servogen.explicit.tree import Tree
+from servogen.explicit.turned import turned
+from servogen.plants.statespace import FloatArray
 from servogen.progress import Progress
 from servogen.qp.parametric import ParametricQP
 
@@ -24,8 +27,8 @@ CLOSE = 1.1
 # A law tree with more regions than this is not grown beside a clip tree: in every program tried its
 # depth was no less, and growing takes seconds.
 MANY_REGIONS = 100
-# Coordinates that an odd program is mirrored in, those whose half holds the fewest regions; the
-# others gave no smaller trees.
+# Directions that an odd program is mirrored in, those whose half holds the fewest regions; others
+# gave no smaller trees.
 MIRRORS = 2
 # A tree with more leaves is not grown once more for half of the parameters: that takes seconds, and
 # is less work only where it takes two levels off.
@@ -36,7 +39,7 @@ MANY_LEAVES = 2000
 class Form:
     """One form: what it costs, or why it was left out (``lookup`` and ``count`` None then).
 
-    ``solution`` is what its tree was grown for, ``tree`` that tree in the coordinates of the
+    ``solution`` is what its tree is for, ``tree`` that tree in the coordinates of the
     solution, which the lookup's may not be; both None for the recursive form.
     """
 
@@ -93,10 +96,12 @@ def choose(
     """Builds every form that the program admits and that may win, and takes the cheapest.
 
     Cheapest: fewest multiply-adds, additions and comparisons together in the worst case; of equals
-    the one with fewer table numbers. A tree is not grown where even the least depth that tells so
-    many laws apart costs more than a form already found; the others are grown greedily, and the
-    depth of those that come close to the best is searched, the cheapest first, each with half of
-    the work that is left. The rest goes into fewer nodes of the best.
+    the one with fewer table numbers. Sign changes are told and not compared: on the bundled targets
+    a mirrored tree of three levels takes fewer cycles than the one of four levels that it halves. A
+    tree is not grown where even the least depth that tells so many laws apart costs more than a
+    form already found; the others are grown greedily, and the depth of those that come close to the
+    best is searched, the cheapest first, each with half of the work that is left. The rest goes
+    into fewer nodes of the best.
 
     Args:
         max_regions, work, max_nodes: see ``solve`` and ``grow_tree``.
@@ -186,41 +191,52 @@ def _trees(
     found: list[Form | _Growing] = []
     arrangement = arrange(solution)
     whole: Growth | None = None
-    for mirror in [-1, *_mirrors(arrangement)]:
-        title = name if mirror < 0 else f"{name}, odd in eta_{mirror}"
+    for title, across in [("", None), *_mirrors(arrangement)]:
+        mirror = -1
+        if across is not None:
+            solution, mirror = turned(arrangement.solution, across)
+        title = f"{name}{title}"
         least = _least([*so_far, *found])
         depth = least_depth((solution.laws.count + 1) // 2 if mirror >= 0 else solution.laws.count)
         if mirror >= 0 and whole is not None:
             if whole.leaves > MANY_LEAVES:
                 note = f"not grown: the tree for all parameters has {whole.leaves} leaves"
-                found.append(Form(title, None, None, note))
+                found.append(Form(title, None, None, note, solution))
                 continue
             depth = max(depth, whole.depth - 2)
         bound = _work(solution, mirror, clip, depth)
         if bound > least:
             note = f"not grown: one of depth {depth} costs {bound}, and none less deep is likely"
-            found.append(Form(title, None, None, note))
+            found.append(Form(title, None, None, note, solution))
             continue
         try:
-            growth = Growth(arrangement, mirror, progress, max_nodes)
+            own = arrangement if mirror < 0 else arrange(solution)
+            growth = Growth(own, mirror, progress, max_nodes)
         except ExplicitError as error:
             found.append(Form(title, None, None, str(error), solution))
             if mirror < 0:
-                too_large.append(error)
-                break
+                too_large.append(error)  # half a tree may still be had
             continue
         whole = growth if mirror < 0 else whole
-        found.append(_Growing(title, arrangement, growth, clip))
+        found.append(_Growing(title, own, growth, clip))
     return found
 
 
-def _mirrors(arrangement: Arrangement) -> list[int]:
-    """Coordinates to mirror an odd program in."""
+def _mirrors(arrangement: Arrangement) -> list[tuple[str, FloatArray]]:
+    """Directions to mirror an odd program in: coordinates, and across facets of its regions."""
     if not is_odd(arrangement.solution):
         return []
-    sizes = [(arrangement.in_half(i), i) for i in range(arrangement.solution.image.size)]
-    fewest = min(sizes)[0]
-    return [i for size, i in sizes if size == fewest][:MIRRORS]
+    size = arrangement.solution.image.size
+    told = [(f", odd in eta_{i}", row) for i, row in enumerate(np.eye(size))]
+    known = [row for _, row in told]
+    for i, plane in enumerate(arrangement.planes):
+        direction = plane[:size] / np.linalg.norm(plane[:size])
+        if min(np.max(np.abs(direction - row)) for row in known) > SAME_PLANE:
+            known.append(direction)
+            told.append((f", odd across hyperplane {i}", direction))
+    sizes = [arrangement.in_half(row) for _, row in told]
+    best = sorted(range(len(told)), key=lambda i: sizes[i])
+    return [told[i] for i in best if sizes[i] == sizes[best[0]]][:MIRRORS]
 
 
 def _search(found: list[Form | _Growing], work: int) -> None:
@@ -261,6 +277,8 @@ def _reason(best: Form, able: list[Form]) -> str:
         f"{best.name} ({best.note}): {best.count.multiply_adds} multiply-adds, "
         f"{best.count.additions} additions, {best.count.comparisons} comparisons"
     )
+    if best.count.sign_changes:
+        text = f"{text}, {best.count.sign_changes} sign changes"
     others = [form for form in able if form is not best and form.count is not None]
     if not others:
         return f"{text}; no other form can be had or could be cheaper"

@@ -34,8 +34,7 @@ class Count:
 
     A multiply-add that follows another in a sum counts as one; the first product of a sum counts as
     one too: ``opened`` sums begin with a product that C adds to nothing. A clip is two comparisons.
-    ``additions`` are those that no product goes with. ``sign_changes`` turn one bit and are told,
-    but not compared.
+    ``additions`` are those that no product goes with.
     """
 
     multiply_adds: int
@@ -47,7 +46,7 @@ class Count:
 
     @property
     def work(self) -> int:
-        """Operations altogether, each for one."""
+        """Operations altogether, each for one; a sign change turns a bit and counts for none."""
         return self.multiply_adds + self.additions + self.comparisons
 
     @property

@@ -27,9 +27,9 @@ class Arrangement:
     cones: tuple[Cone, ...]
     sides: BoolArray
 
-    def in_half(self, mirror: int) -> int:
-        """How many regions have points where a coordinate is positive."""
-        half = np.eye(self.solution.image.size + 1)[mirror : mirror + 1]
+    def in_half(self, direction: FloatArray) -> int:
+        """How many regions have points where direction . eta is positive."""
+        half = np.append(direction, 0.0)[None]
         return int(np.sum(sides(self.cones, half)[:, 1, 0]))
 
 

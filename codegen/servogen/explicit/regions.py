@@ -20,6 +20,8 @@ from servogen.plants.statespace import FloatArray
 MULTIPLIER, SLACK = 0, 1
 # Linear programs of different regions that are solved together.
 _CHUNK = 256
+# Regions behind a row whose middles a ray goes to, before a linear program is asked.
+_NEAREST = 6
 
 
 @dataclass(frozen=True)
@@ -168,9 +170,10 @@ def facets(
 ) -> list[list[list[int]]]:
     """Of each candidate, the rows that are facets within the domain, with the rows equal to them.
 
-    Rays from an interior point settle most rows: the one that a ray meets first, well before any
-    other, is a facet. The others cost a linear program each; all are solved together. Of a
-    full-dimensional set without equal rows, those that are no facets may go together.
+    Rays from an interior point, along the rows and to the middle of other regions behind them,
+    settle most rows: the one that a ray meets first, well before any other, is a facet. The others
+    cost a linear program each; all are solved together. Of a full-dimensional set without equal
+    rows, those that are no facets may go together.
     """
     groups = [_equal_rows(each.h, each.k) for each in made]
     leaders = [[group[0] for group in mine] for mine in groups]
@@ -186,7 +189,11 @@ def facets(
         h[i, :count], k[i, :count] = each.h[rows], each.k[rows] - each.h[rows] @ centre
         k[i, most:] = domain_k - domain_h @ centre
         all_rows = np.vstack([h[i], domain_h])
-        is_facet[i, :count] = _met_first(all_rows, k[i], each.h[rows])[:count]
+        known = _met_first(all_rows, k[i], each.h[rows])[:count]
+        if not np.all(known) and len(made) > 1:
+            rays = _across(h[i, :count][~known], k[i, :count][~known], np.array(centres) - centre)
+            known |= _met_first(all_rows, k[i], rays)[:count]
+        is_facet[i, :count] = known
         pending += [(i, j) for j in range(count) if not is_facet[i, j]]
     for start in range(0, len(pending), _CHUNK):
         chunk = np.array(pending[start : start + _CHUNK])
@@ -201,6 +208,15 @@ def facets(
         [group for group, facet in zip(mine, is_facet[i], strict=False) if facet]
         for i, mine in enumerate(groups)
     ]
+
+
+def _across(h: FloatArray, slack: FloatArray, others: FloatArray) -> FloatArray:
+    """(rays, r) to the nearest of other points behind each row, all seen from one point."""
+    near = np.argsort(np.einsum("ij,ij->i", others, others), kind="stable")
+    behind = others[near] @ h.T > slack
+    ranks = np.cumsum(behind, axis=0)
+    rays: FloatArray = others[near][np.any(behind & (ranks <= _NEAREST), axis=1)]
+    return rays
 
 
 def _equal_rows(h: FloatArray, k: FloatArray) -> list[list[int]]:

@@ -30,8 +30,8 @@ def forms_table(data: ServoReportData) -> Table:
     chosen = data.choice.chosen
     return Table(
         "Forms of the lookup",
-        ("form", "what it is", "laws", "multiply-adds", "additions", "comparisons", "in all",
-         "table numbers", "verdict"),
+        ("form", "what it is", "laws", "multiply-adds", "additions", "comparisons", "sign changes",
+         "in all", "table numbers", "verdict"),
         tuple(_form(form, form is chosen) for form in data.choice.forms),
         f"Operations of one lookup in the worst case, the estimator aside. Chosen: "
         f"{data.choice.reason}.",
@@ -42,13 +42,16 @@ def _form(form: Form, chosen: bool) -> tuple[Cell, ...]:
     none = Cell(NOTHING, MUTED, numeric=True)
     laws = none if form.solution is None else figure_cell(form.solution.laws.count)
     if form.count is None:
-        counts: tuple[Cell, ...] = (none,) * 5
+        counts: tuple[Cell, ...] = (none,) * 6
         verdict = Cell("cannot be had or cannot win", MUTED)
     else:
         c = form.count
         counts = tuple(
-            figure_cell(v) for v in (c.multiply_adds, c.additions, c.comparisons, c.work, c.numbers)
-        )
+            figure_cell(v)
+            for v in (
+                c.multiply_adds, c.additions, c.comparisons, c.sign_changes, c.work, c.numbers
+            )
+        )  # fmt: skip
         verdict = Cell("chosen", GOOD) if chosen else Cell("dearer", MUTED)
     return (text(form.name, "name"), text(form.note), laws, *counts, verdict)
 

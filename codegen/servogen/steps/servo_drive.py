@@ -67,6 +67,7 @@ class ServoSystem:
                     "multiply_adds": None if form.count is None else form.count.multiply_adds,
                     "additions": None if form.count is None else form.count.additions,
                     "comparisons": None if form.count is None else form.count.comparisons,
+                    "sign_changes": None if form.count is None else form.count.sign_changes,
                     "table_numbers": None if form.count is None else form.count.numbers,
                 }
                 for form in self.choice.forms
