@@ -29,6 +29,9 @@ from servogen.sets.polyhedron import maximise
 
 # Linear programs of different facets that are solved together.
 _CHUNK = 256
+# By how much rows are loosened where numbers give out, one after the other; all are less than what
+# counts as flat.
+_LOOSENED = (0.0, 0.1 * FLAT, 0.3 * FLAT)
 # Regions whose facets are set up together.
 _REGIONS = 32
 
@@ -183,7 +186,12 @@ class _Proof:
             rows = np.vstack([region.h, facet.normal, -facet.normal])
             least = np.concatenate([region.k, [height + FLAT, -height + FLAT]])
             beyond = np.concatenate([region.k, [height + 1.0, -height]])
-            if inner_ball(rows, beyond).radius > FLAT and inner_ball(rows, least).radius > 0.0:
+            try:
+                reaches = inner_ball(rows, beyond).radius > FLAT
+                reaches = reaches and inner_ball(rows, least).radius > 0.0
+            except SetError:
+                continue  # nothing is shown: what it may cover counts as open
+            if reaches:
                 found.append(i)
         return found
 
@@ -224,7 +232,21 @@ def _balls(own: Restated, regions: Sequence[Region]) -> list[Ball]:
         h[i, : region.k.size], k[i, : region.k.size] = region.h, region.k
     limits = np.broadcast_to(own.domain_bounds, (len(regions), own.domain_bounds.size))
     shared = own.domain_rows if own.domain_bounds.size else None
-    return inner_balls(h, np.concatenate([k, limits], axis=1), shared=shared)
+    k = np.concatenate([k, limits], axis=1)
+    try:
+        return inner_balls(h, k, shared=shared)
+    except SetError:
+        if shared is not None:
+            h = np.concatenate([h, np.broadcast_to(shared, (len(h), *shared.shape))], axis=1)
+        return [_region_ball(h[i], k[i]) for i in range(len(regions))]
+
+
+def _region_ball(h: FloatArray, k: FloatArray) -> Ball:
+    """A region counts for nothing where it is not shown to be full."""
+    try:
+        return inner_ball(h, k)
+    except SetError:
+        return Ball(np.zeros(h.shape[1]), 0.0)
 
 
 def _facet(region: Region, own: Restated, row: int, centre: FloatArray) -> Facet:
@@ -239,7 +261,9 @@ def _facet(region: Region, own: Restated, row: int, centre: FloatArray) -> Facet
 
 
 def _facet_balls(facets: list[Facet]) -> list[Ball]:
-    """Of each facet, in the coordinates of its plane."""
+    """Of each facet, in the coordinates of its plane. Where the linear program is settled by nobody
+    the rows are loosened a little, which makes no ball smaller; if that does not help, the facet
+    counts as wide."""
     size = facets[0].basis.shape[1] if facets else 0
     if size == 0:
         return [Ball(np.zeros(0), 1.0)] * len(facets)
@@ -247,14 +271,23 @@ def _facet_balls(facets: list[Facet]) -> list[Ball]:
     h, k = np.zeros((len(facets), most, size)), np.ones((len(facets), most))
     for i, facet in enumerate(facets):
         h[i, : facet.bounds.size], k[i, : facet.bounds.size] = facet.rows, facet.bounds
-    return inner_balls(h, k)
+    try:
+        return inner_balls(h, k)
+    except SetError:
+        return [_one_ball(h[i], k[i]) for i in range(len(facets))]
+
+
+def _one_ball(h: FloatArray, k: FloatArray) -> Ball:
+    for loosened in _LOOSENED:
+        try:
+            return inner_ball(h, k + loosened)
+        except SetError:
+            continue
+    return Ball(np.zeros(h.shape[1]), 1.0)
 
 
 def _ball_of(piece: Facet) -> Ball:
-    size = piece.basis.shape[1]
-    if size == 0 or not piece.bounds.size:
-        return Ball(np.zeros(size), 1.0)
-    return inner_ball(piece.rows, piece.bounds)
+    return _facet_balls([piece])[0]
 
 
 def _without(piece: Facet, region: Region) -> tuple[list[Facet], float]:
@@ -315,7 +348,9 @@ def _tops(facets: list[Facet], work: list[tuple[int, FloatArray, float]]) -> Flo
         count = facet.bounds.size
         h[at, :count], k[at, :count] = facet.rows, facet.bounds
         h[at, most - 1], k[at, most - 1] = row, bound + 1.0
-    return greatest_many(h, k, np.array([row for _, row, _ in work]))
+    tops = greatest_many(h, k, np.array([row for _, row, _ in work]))
+    tops[np.isneginf(tops)] = np.inf  # no answer: nothing is shown
+    return tops
 
 
 def _ball(dimension: int) -> float:

@@ -193,5 +193,6 @@ def _tops(
         rows = np.array([row for _, row, _ in chunk])
         shared = own.domain_rows if own.domain_bounds.size else None
         tops = greatest_many(h, k, rows, shared)
+        tops[np.isneginf(tops)] = np.inf  # no point, or no answer: nothing is proved
         found.append(tops - np.array([bound for _, _, bound in chunk]))
     return np.concatenate(found) if found else np.zeros(0)

@@ -84,10 +84,6 @@ class Restated:
         parameters: FloatArray = (eta - self.shift) @ self.inverse.T / self.columns
         return parameters
 
-    def row_over_eta(self, rows: FloatArray, bounds: FloatArray) -> tuple[Affine, float]:
-        """rows theta <= bounds as slope eta + offset <= 0; see ``seen``."""
-        return self.seen(rows / self.columns, -bounds)
-
     def feasible_rows(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """a (q, n), b (q,), c (q, r): a y <= b + c eta, with y = z - z_unc in its own units, says
         that z is feasible; the parameter set is left out. See ``seen`` for the last."""
