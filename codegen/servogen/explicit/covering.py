@@ -5,8 +5,10 @@ regions. Join a ball of a region with a ball of feasible parameters that are in 
 segments. All of them run in the feasible set, which is convex, and each leaves the regions for the
 last time: through a facet, at a point that no region covers from beyond. If that is impossible for
 all points of facets but a few strips, those have to catch every segment; so the smaller ball has no
-larger cross-section than the strips, and what is missing is known to be small (``hole``). Nothing of
-the way the regions were found is used; that they do not overlap neither, the optimum being unique.
+larger cross-section than the strips, and what is missing is known to be small (``hole``). All
+this within ``FAR`` of the origin, beyond which the digits of rows no longer tell planes apart.
+Nothing of the way the regions were found is used; that they do not overlap neither, the optimum
+being unique.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from servogen.explicit.cover import Facet
 from servogen.explicit.regions import Region
 from servogen.explicit.restated import Restated
 from servogen.explicit.small_lp import Ball, BoolArray, greatest_many, inner_ball, inner_balls
-from servogen.explicit.tolerances import FLAT, REDUNDANT, SAME_PLANE, SLIVER
+from servogen.explicit.tolerances import FAR, FLAT, REDUNDANT, SAME_PLANE, SLIVER
 from servogen.plants.statespace import FloatArray
 from servogen.progress import Task
 from servogen.sets.errors import SetError
@@ -29,9 +31,14 @@ from servogen.sets.polyhedron import maximise
 
 # Linear programs of different facets that are solved together.
 _CHUNK = 256
-# By how much rows are loosened where numbers give out, one after the other; all are less than what
-# counts as flat.
+# By how much rows are loosened where numbers give out, one after the other, which makes no ball
+# smaller; all are less than what counts as flat.
 _LOOSENED = (0.0, 0.1 * FLAT, 0.3 * FLAT)
+# Rows of a facet in its own plane that are one: left as they are they cost digits, and a pair that
+# is further apart is no harm.
+SAME_ROW = 1e-12
+# Pieces of one facet: neighbours that fit leave two or three; beyond this nothing fits.
+MOST_PIECES = 100
 # Regions whose facets are set up together.
 _REGIONS = 32
 
@@ -101,6 +108,8 @@ class _Proof:
                 continue
             self.count += 1
             behind = self._behind(i, row)
+            if len(behind) > 1:
+                behind = self._touching([facet], behind)
             if len(behind) == 1:
                 self.pending.append((facet, behind[0], *_trace(facet, self.regions[behind[0]])))
             else:
@@ -165,34 +174,45 @@ class _Proof:
 
     def _less(self, pieces: list[Facet], neighbours: list[int]) -> list[Facet]:
         """The pieces of a facet without what lies in regions behind it."""
-        for i in neighbours:
+        for i in self._touching(pieces, neighbours):
             left = []
             for piece in pieces:
                 parts, flat = _without(piece, self.regions[i])
                 self.passed_over += flat
                 left += parts
             pieces = left
+            if len(pieces) > MOST_PIECES:
+                break  # what is left counts as open
         return pieces
+
+    def _touching(self, pieces: list[Facet], neighbours: list[int]) -> list[int]:
+        """Those with more than a flat part of the pieces, the largest first."""
+        if not pieces or not neighbours or not pieces[0].basis.shape[1]:
+            return neighbours
+        widest = np.zeros(len(neighbours))
+        for piece in pieces:
+            shared = [_common(piece, *_trace(piece, self.regions[i])) for i in neighbours]
+            widest = np.maximum(widest, [ball.radius for ball in _facet_balls(shared)])
+        order = np.argsort(-widest, kind="stable")
+        return [neighbours[i] for i in order if widest[i] > FLAT]
 
     def _crossing(self, facet: Facet, known: list[int]) -> list[int]:
         """Regions that a facet's plane runs through: they overlap with its own, where dependent
-        rows let several active sets be optimal."""
+        rows let several active sets be optimal. They cover what they have of the plane, if part of
+        them lies beyond."""
         height = float(facet.normal @ facet.foot)
-        signed = np.array([ball.centre @ facet.normal - height for ball in self.balls])
-        found = []
-        for i, region in enumerate(self.regions):
-            if i in known or not self.full[i] or signed[i] <= 0.0:
-                continue
-            rows = np.vstack([region.h, facet.normal, -facet.normal])
-            least = np.concatenate([region.k, [height + FLAT, -height + FLAT]])
-            beyond = np.concatenate([region.k, [height + 1.0, -height]])
-            try:
-                reaches = inner_ball(rows, beyond).radius > FLAT
-                reaches = reaches and inner_ball(rows, least).radius > 0.0
-            except SetError:
-                continue  # nothing is shown: what it may cover counts as open
-            if reaches:
-                found.append(i)
+        asked = [i for i in range(len(self.regions)) if self.full[i] and i not in known]
+        sides = np.vstack([facet.normal, -facet.normal])
+        found = asked
+        # beyond the plane, then on it
+        for bounds in ((height + 1.0, -height), (height + FLAT, -height + FLAT)):
+            sets = [
+                (np.vstack([self.regions[i].h, sides]), np.append(self.regions[i].k, bounds))
+                for i in found
+            ]
+            balls = _padded_balls(sets, shown=True)
+            least = FLAT if bounds[0] > height + FLAT else 0.0
+            found = [i for i, ball in zip(found, balls, strict=True) if ball.radius > least]
         return found
 
     def _is_end(self, facet: Facet) -> bool:
@@ -225,28 +245,10 @@ class _Proof:
 
 
 def _balls(own: Restated, regions: Sequence[Region]) -> list[Ball]:
-    most = max(max((region.k.size for region in regions), default=0), 1)
-    h = np.zeros((len(regions), most, own.coordinates))
-    k = np.ones((len(regions), most))  # rows 0 eta <= 1 fill up
-    for i, region in enumerate(regions):
-        h[i, : region.k.size], k[i, : region.k.size] = region.h, region.k
-    limits = np.broadcast_to(own.domain_bounds, (len(regions), own.domain_bounds.size))
-    shared = own.domain_rows if own.domain_bounds.size else None
-    k = np.concatenate([k, limits], axis=1)
-    try:
-        return inner_balls(h, k, shared=shared)
-    except SetError:
-        if shared is not None:
-            h = np.concatenate([h, np.broadcast_to(shared, (len(h), *shared.shape))], axis=1)
-        return [_region_ball(h[i], k[i]) for i in range(len(regions))]
-
-
-def _region_ball(h: FloatArray, k: FloatArray) -> Ball:
     """A region counts for nothing where it is not shown to be full."""
-    try:
-        return inner_ball(h, k)
-    except SetError:
-        return Ball(np.zeros(h.shape[1]), 0.0)
+    rows, bounds = own.domain_rows, own.domain_bounds
+    sets = [(np.vstack([r.h, rows]), np.concatenate([r.k, bounds])) for r in regions]
+    return _padded_balls(sets, shown=True)
 
 
 def _facet(region: Region, own: Restated, row: int, centre: FloatArray) -> Facet:
@@ -261,29 +263,42 @@ def _facet(region: Region, own: Restated, row: int, centre: FloatArray) -> Facet
 
 
 def _facet_balls(facets: list[Facet]) -> list[Ball]:
-    """Of each facet, in the coordinates of its plane. Where the linear program is settled by nobody
-    the rows are loosened a little, which makes no ball smaller; if that does not help, the facet
-    counts as wide."""
+    """Of each facet, in the coordinates of its plane and within ``FAR``."""
     size = facets[0].basis.shape[1] if facets else 0
     if size == 0:
         return [Ball(np.zeros(0), 1.0)] * len(facets)
-    most = max(max(facet.bounds.size for facet in facets), 1)
-    h, k = np.zeros((len(facets), most, size)), np.ones((len(facets), most))
-    for i, facet in enumerate(facets):
-        h[i, : facet.bounds.size], k[i, : facet.bounds.size] = facet.rows, facet.bounds
+    balls = _padded_balls([(facet.rows, facet.bounds) for facet in facets])
+    box = np.vstack([np.eye(size), -np.eye(size)])
+    for i, (facet, ball) in enumerate(zip(facets, balls, strict=True)):
+        reach = FAR + float(np.linalg.norm(facet.foot))
+        if np.max(np.abs(ball.centre)) > reach:
+            rows, bounds = np.vstack([facet.rows, box]), np.full(2 * size, reach)
+            balls[i] = _one_ball(rows, np.append(facet.bounds, bounds))
+    return balls
+
+
+def _padded_balls(sets: list[tuple[FloatArray, FloatArray]], shown: bool = False) -> list[Ball]:
+    """Of sets {h x <= k} that differ in their rows. What a linear program leaves unsettled counts
+    as wide, or, where a ball has to be shown, as nothing."""
+    if not sets:
+        return []
+    most = max(1, max(k.size for _, k in sets))
+    h, k = np.zeros((len(sets), most, sets[0][0].shape[1])), np.ones((len(sets), most))
+    for i, (rows, bounds) in enumerate(sets):
+        h[i, : bounds.size], k[i, : bounds.size] = rows, bounds  # rows 0 x <= 1 fill up
     try:
         return inner_balls(h, k)
     except SetError:
-        return [_one_ball(h[i], k[i]) for i in range(len(facets))]
+        return [_one_ball(rows, bounds, shown) for rows, bounds in sets]
 
 
-def _one_ball(h: FloatArray, k: FloatArray) -> Ball:
-    for loosened in _LOOSENED:
+def _one_ball(h: FloatArray, k: FloatArray, shown: bool = False) -> Ball:
+    for loosened in (0.0,) if shown else _LOOSENED:
         try:
             return inner_ball(h, k + loosened)
         except SetError:
             continue
-    return Ball(np.zeros(h.shape[1]), 1.0)
+    return Ball(np.zeros(h.shape[1]), 0.0 if shown else 1.0)
 
 
 def _ball_of(piece: Facet) -> Ball:
@@ -296,22 +311,25 @@ def _without(piece: Facet, region: Region) -> tuple[list[Facet], float]:
         return [], 0.0
     rows, bounds = _trace(piece, region)
     parts = [
-        Facet(
-            piece.normal, piece.foot, piece.basis,
-            np.vstack([piece.rows, rows[:i], -rows[i : i + 1]]),
-            np.concatenate([piece.bounds, bounds[:i], -bounds[i : i + 1]]),
-        )
+        _common(piece, np.vstack([rows[:i], -rows[i : i + 1]]), np.append(bounds[:i], -bounds[i]))
         for i in range(bounds.size)
-    ]  # fmt: skip
-    common = Facet(
-        piece.normal, piece.foot, piece.basis,
-        np.vstack([piece.rows, rows]), np.append(piece.bounds, bounds),
-    )  # fmt: skip
+    ]
+    common = _common(piece, rows, bounds)
     *outside, inside = [ball.radius for ball in _facet_balls([*parts, common])]
     if inside <= FLAT:
         return [piece], 0.0  # they have nothing in common: no reason to cut
     flat = sum(max(radius, 0.0) for radius in outside if radius <= FLAT)
     return [part for part, radius in zip(parts, outside, strict=True) if radius > FLAT], flat
+
+
+def _common(piece: Facet, rows: FloatArray, bounds: FloatArray) -> Facet:
+    """The part of a piece within more rows; of equal rows the tighter one."""
+    h, k = np.vstack([piece.rows, rows]), np.append(piece.bounds, bounds)
+    apart = np.max(np.abs(h[:, None] - h[None]), axis=2)
+    index = np.arange(k.size)
+    tighter = (k[None] < k[:, None]) | ((k[None] == k[:, None]) & (index[None] < index[:, None]))
+    kept = ~np.any((apart <= SAME_ROW) & tighter, axis=1)
+    return Facet(piece.normal, piece.foot, piece.basis, h[kept], k[kept])
 
 
 def _trace(facet: Facet, region: Region) -> tuple[FloatArray, FloatArray]:
