@@ -55,8 +55,9 @@ def steps(moves: int) -> ParametricQP:
     previous = np.zeros((moves, plain.parameters))
     previous[0, 4] = 1.0
     return parametric_qp(
-        plain.hessian, plain.linear, rows=np.vstack([rows, -rows]), bounds=np.full(2 * moves, 300.0),
-        bounds_parameter=np.vstack([previous, -previous]), lower=plain.lower, upper=plain.upper,
+        plain.hessian, plain.linear, rows=np.vstack([rows, -rows]),
+        bounds=np.full(2 * moves, 300.0), bounds_parameter=np.vstack([previous, -previous]),
+        lower=plain.lower, upper=plain.upper,
     )  # fmt: skip
 
 
@@ -155,9 +156,7 @@ def test_a_law_that_is_another_is_refuted(name: str) -> None:
 
 def law_error(solution: ExplicitSolution) -> float:
     program = solution.program
-    own = restate(
-        solution.problem, solution.image, program.domain_rows, program.domain_bounds
-    )
+    own = restate(solution.problem, solution.image, program.domain_rows, program.domain_bounds)
     task = Silent().task("")
     with task as told:
         found = prove_optimal(own, solution.regions, solution.law_of, solution.laws, told)

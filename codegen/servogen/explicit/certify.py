@@ -56,9 +56,7 @@ class Certified:
 def certify(solution: ExplicitSolution, progress: Progress) -> Certified:
     """The proof of all regions of a solution; its ``findings`` are not looked at."""
     program, regions = solution.program, solution.regions
-    own = restate(
-        solution.problem, solution.image, program.domain_rows, program.domain_bounds
-    )
+    own = restate(solution.problem, solution.image, program.domain_rows, program.domain_bounds)
     with progress.task("Proving regions", total=2 * len(regions)) as task:
         optimal = prove_optimal(own, regions, solution.law_of, solution.laws, task)
         cover = prove_cover(own, regions, task)

@@ -20,10 +20,21 @@ from math import gamma, pi, sqrt
 import numpy as np
 
 from servogen.explicit.cover import Facet
+from servogen.explicit.facet_parts import (
+    ball_of,
+    common_part,
+    facet_balls,
+    facet_on,
+    facet_tops,
+    padded_balls,
+    region_balls,
+    same_rows,
+    trace,
+    without,
+)
 from servogen.explicit.regions import Region
 from servogen.explicit.restated import Restated
-from servogen.explicit.small_lp import Ball, BoolArray, greatest_many, inner_ball, inner_balls
-from servogen.explicit.tolerances import FAR, FLAT, REDUNDANT, SAME_PLANE, SLIVER
+from servogen.explicit.tolerances import FLAT, REDUNDANT, SAME_PLANE, SLIVER
 from servogen.plants.statespace import FloatArray
 from servogen.progress import Task
 from servogen.sets.errors import SetError
@@ -31,12 +42,6 @@ from servogen.sets.polyhedron import maximise
 
 # Linear programs of different facets that are solved together.
 _CHUNK = 256
-# By how much rows are loosened where numbers give out, one after the other, which makes no ball
-# smaller; all are less than what counts as flat.
-_LOOSENED = (0.0, 0.1 * FLAT, 0.3 * FLAT)
-# Rows of a facet in its own plane that are one: left as they are they cost digits, and a pair that
-# is further apart is no harm.
-SAME_ROW = 1e-12
 # Pieces of one facet: neighbours that fit leave two or three; beyond this nothing fits.
 MOST_PIECES = 100
 # Regions whose facets are set up together.
@@ -83,7 +88,7 @@ def prove_cover(own: Restated, regions: Sequence[Region], task: Task) -> Cover:
 class _Proof:
     def __init__(self, own: Restated, regions: Sequence[Region]) -> None:
         self.own, self.regions = own, regions
-        self.balls = _balls(own, regions)
+        self.balls = region_balls(own, regions)
         self.full = np.array([ball.radius > FLAT for ball in self.balls])
         self.h = np.vstack([region.h for region in regions])
         self.k = np.concatenate([region.k for region in regions])
@@ -101,8 +106,8 @@ class _Proof:
         """All facets of some regions: to be settled by one neighbour's rows, or cut by several. A
         flat region is none: nothing is covered by it, nothing leaves through it."""
         places = [(i, row) for i in chosen if self.full[i] for row in range(self.regions[i].k.size)]
-        facets = [_facet(self.regions[i], self.own, j, self.balls[i].centre) for i, j in places]
-        for (i, row), facet, ball in zip(places, facets, _facet_balls(facets), strict=True):
+        facets = [facet_on(self.regions[i], self.own, j, self.balls[i].centre) for i, j in places]
+        for (i, row), facet, ball in zip(places, facets, facet_balls(facets), strict=True):
             if ball.radius <= FLAT:  # the row touches less than a facet
                 self.passed_over += FLAT
                 continue
@@ -111,7 +116,7 @@ class _Proof:
             if len(behind) > 1:
                 behind = self._touching([facet], behind)
             if len(behind) == 1:
-                self.pending.append((facet, behind[0], *_trace(facet, self.regions[behind[0]])))
+                self.pending.append((facet, behind[0], *trace(facet, self.regions[behind[0]])))
             else:
                 self._cut(facet, behind)
 
@@ -120,12 +125,12 @@ class _Proof:
         work: list[tuple[int, FloatArray, float]] = []
         fails: dict[int, bool] = {}
         for i, (facet, _, rows, bounds) in enumerate(self.pending):
-            same, looser = _same_rows(facet, rows, bounds)
+            same, looser = same_rows(facet, rows, bounds)
             self.passed_over += looser
             work += [(i, rows[j], float(bounds[j])) for j in np.flatnonzero(~same)]
         for start in range(0, len(work), _CHUNK):
             chunk = work[start : start + _CHUNK]
-            tops = _tops([self.pending[i][0] for i, _, _ in chunk], chunk)
+            tops = facet_tops([self.pending[i][0] for i, _, _ in chunk], chunk)
             for (i, _, bound), top in zip(chunk, tops, strict=True):
                 fails[i] = fails.get(i, False) or top > bound + REDUNDANT
                 self.passed_over += max(0.0, min(top - bound, REDUNDANT))
@@ -177,7 +182,7 @@ class _Proof:
         for i in self._touching(pieces, neighbours):
             left = []
             for piece in pieces:
-                parts, flat = _without(piece, self.regions[i])
+                parts, flat = without(piece, self.regions[i])
                 self.passed_over += flat
                 left += parts
             pieces = left
@@ -191,8 +196,8 @@ class _Proof:
             return neighbours
         widest = np.zeros(len(neighbours))
         for piece in pieces:
-            shared = [_common(piece, *_trace(piece, self.regions[i])) for i in neighbours]
-            widest = np.maximum(widest, [ball.radius for ball in _facet_balls(shared)])
+            shared = [common_part(piece, *trace(piece, self.regions[i])) for i in neighbours]
+            widest = np.maximum(widest, [ball.radius for ball in facet_balls(shared)])
         order = np.argsort(-widest, kind="stable")
         return [neighbours[i] for i in order if widest[i] > FLAT]
 
@@ -210,7 +215,7 @@ class _Proof:
                 (np.vstack([self.regions[i].h, sides]), np.append(self.regions[i].k, bounds))
                 for i in found
             ]
-            balls = _padded_balls(sets, shown=True)
+            balls = padded_balls(sets, shown=True)
             least = FLAT if bounds[0] > height + FLAT else 0.0
             found = [i for i, ball in zip(found, balls, strict=True) if ball.radius > least]
         return found
@@ -234,7 +239,7 @@ class _Proof:
 
     def _tell(self, pieces: list[Facet]) -> None:
         for piece in pieces:
-            ball = _ball_of(piece)
+            ball = ball_of(piece)
             if ball.radius <= SLIVER:
                 self.slivers.append(max(ball.radius, 0.0))
                 continue
@@ -244,133 +249,6 @@ class _Proof:
                 self.where = np.array2string(point, precision=4)
 
 
-def _balls(own: Restated, regions: Sequence[Region]) -> list[Ball]:
-    """A region counts for nothing where it is not shown to be full."""
-    rows, bounds = own.domain_rows, own.domain_bounds
-    sets = [(np.vstack([r.h, rows]), np.concatenate([r.k, bounds])) for r in regions]
-    return _padded_balls(sets, shown=True)
-
-
-def _facet(region: Region, own: Restated, row: int, centre: FloatArray) -> Facet:
-    """The facet on a row, the domain included."""
-    normal = region.h[row]
-    foot = centre + normal * (region.k[row] - normal @ centre)
-    basis = np.linalg.svd(normal[None, :])[2][1:].T
-    others = np.arange(region.k.size) != row
-    h = np.vstack([region.h[others], own.domain_rows])
-    k = np.concatenate([region.k[others], own.domain_bounds])
-    return Facet(normal, foot, basis, h @ basis, k - h @ foot)
-
-
-def _facet_balls(facets: list[Facet]) -> list[Ball]:
-    """Of each facet, in the coordinates of its plane and within ``FAR``."""
-    size = facets[0].basis.shape[1] if facets else 0
-    if size == 0:
-        return [Ball(np.zeros(0), 1.0)] * len(facets)
-    balls = _padded_balls([(facet.rows, facet.bounds) for facet in facets])
-    box = np.vstack([np.eye(size), -np.eye(size)])
-    for i, (facet, ball) in enumerate(zip(facets, balls, strict=True)):
-        reach = FAR + float(np.linalg.norm(facet.foot))
-        if np.max(np.abs(ball.centre)) > reach:
-            rows, bounds = np.vstack([facet.rows, box]), np.full(2 * size, reach)
-            balls[i] = _one_ball(rows, np.append(facet.bounds, bounds))
-    return balls
-
-
-def _padded_balls(sets: list[tuple[FloatArray, FloatArray]], shown: bool = False) -> list[Ball]:
-    """Of sets {h x <= k} that differ in their rows. What a linear program leaves unsettled counts
-    as wide, or, where a ball has to be shown, as nothing."""
-    if not sets:
-        return []
-    most = max(1, max(k.size for _, k in sets))
-    h, k = np.zeros((len(sets), most, sets[0][0].shape[1])), np.ones((len(sets), most))
-    for i, (rows, bounds) in enumerate(sets):
-        h[i, : bounds.size], k[i, : bounds.size] = rows, bounds  # rows 0 x <= 1 fill up
-    try:
-        return inner_balls(h, k)
-    except SetError:
-        return [_one_ball(rows, bounds, shown) for rows, bounds in sets]
-
-
-def _one_ball(h: FloatArray, k: FloatArray, shown: bool = False) -> Ball:
-    for loosened in (0.0,) if shown else _LOOSENED:
-        try:
-            return inner_ball(h, k + loosened)
-        except SetError:
-            continue
-    return Ball(np.zeros(h.shape[1]), 0.0 if shown else 1.0)
-
-
-def _ball_of(piece: Facet) -> Ball:
-    return _facet_balls([piece])[0]
-
-
-def _without(piece: Facet, region: Region) -> tuple[list[Facet], float]:
-    """Parts of a piece outside a region behind it, and the radii of those that are flat in sum."""
-    if piece.basis.shape[1] == 0:  # a point, and a region behind it
-        return [], 0.0
-    rows, bounds = _trace(piece, region)
-    parts = [
-        _common(piece, np.vstack([rows[:i], -rows[i : i + 1]]), np.append(bounds[:i], -bounds[i]))
-        for i in range(bounds.size)
-    ]
-    common = _common(piece, rows, bounds)
-    *outside, inside = [ball.radius for ball in _facet_balls([*parts, common])]
-    if inside <= FLAT:
-        return [piece], 0.0  # they have nothing in common: no reason to cut
-    flat = sum(max(radius, 0.0) for radius in outside if radius <= FLAT)
-    return [part for part, radius in zip(parts, outside, strict=True) if radius > FLAT], flat
-
-
-def _common(piece: Facet, rows: FloatArray, bounds: FloatArray) -> Facet:
-    """The part of a piece within more rows; of equal rows the tighter one."""
-    h, k = np.vstack([piece.rows, rows]), np.append(piece.bounds, bounds)
-    apart = np.max(np.abs(h[:, None] - h[None]), axis=2)
-    index = np.arange(k.size)
-    tighter = (k[None] < k[:, None]) | ((k[None] == k[:, None]) & (index[None] < index[:, None]))
-    kept = ~np.any((apart <= SAME_ROW) & tighter, axis=1)
-    return Facet(piece.normal, piece.foot, piece.basis, h[kept], k[kept])
-
-
-def _trace(facet: Facet, region: Region) -> tuple[FloatArray, FloatArray]:
-    """The rows of a region on a facet's plane, unit length; those along the plane left out."""
-    along, bounds = region.h @ facet.basis, region.k - region.h @ facet.foot
-    lengths = np.linalg.norm(along, axis=1)
-    across = lengths > SAME_PLANE
-    return along[across] / lengths[across, None], bounds[across] / lengths[across]
-
-
-def _same_rows(facet: Facet, rows: FloatArray, bounds: FloatArray) -> tuple[BoolArray, float]:
-    """(rows,) which are rows of the facet itself, so that nothing is to be shown, and by how much
-    those let the facet reach beyond them in sum."""
-    lengths = np.linalg.norm(facet.rows, axis=1)
-    across = lengths > SAME_PLANE
-    own = facet.rows[across] / lengths[across, None]
-    limits = facet.bounds[across] / lengths[across]
-    if not rows.size or not limits.size:
-        return np.zeros(bounds.size, dtype=bool), 0.0
-    apart = np.max(np.abs(rows[:, None] - own[None]), axis=2)
-    looser = np.where(apart <= REDUNDANT, limits[None] - bounds[:, None], np.inf)
-    least = np.maximum(np.min(looser, axis=1), 0.0)
-    same = least <= REDUNDANT
-    return same, float(np.sum(least[same]))
-
-
-def _tops(facets: list[Facet], work: list[tuple[int, FloatArray, float]]) -> FloatArray:
-    """Greatest value of each row over its facet, up to one above its bound."""
-    most = max(facet.bounds.size for facet in facets) + 1
-    size = facets[0].basis.shape[1]
-    h = np.zeros((len(facets), most, size))
-    k = np.ones((len(facets), most))  # rows 0 y <= 1 fill up
-    for at, (facet, (_, row, bound)) in enumerate(zip(facets, work, strict=True)):
-        count = facet.bounds.size
-        h[at, :count], k[at, :count] = facet.rows, facet.bounds
-        h[at, most - 1], k[at, most - 1] = row, bound + 1.0
-    tops = greatest_many(h, k, np.array([row for _, row, _ in work]))
-    tops[np.isneginf(tops)] = np.inf  # no answer: nothing is shown
-    return tops
-
-
 def _ball(dimension: int) -> float:
     """Volume of the unit ball."""
-    return pi ** (0.5 * dimension) / gamma(0.5 * dimension + 1.0)
+    return float(pi ** (0.5 * dimension) / gamma(0.5 * dimension + 1.0))

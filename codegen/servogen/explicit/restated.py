@@ -28,7 +28,7 @@ class Affine:
 
 @dataclass(frozen=True)
 class Restated:
-    """min 1/2 z'Hz + (F t + f)'z subject to g z <= w + s t, with t the parameters in columns' units.
+    """min 1/2 z'Hz + (F t + f)'z subject to g z <= w + s t, t the parameters in columns' units.
 
     Attributes:
         hessian: (n, n), unit diagonal; linear: (n, p); constant: (n,).
@@ -125,7 +125,7 @@ def restate(
         sizes=sizes,
         matrix=matrix,
         shift=image.offset,
-        inverse=np.linalg.pinv(matrix),
+        inverse=np.linalg.pinv(matrix).astype(np.float64),
         columns=columns,
         domain_rows=domain_rows,
         domain_bounds=domain_bounds,

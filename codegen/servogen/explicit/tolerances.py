@@ -64,6 +64,7 @@ PROVED = 5e-8
 PROVED_LAW = 2e-9
 # Largest ball, in shares of a bound, that what is left open between regions could hold in sum.
 HOLE = 1e-3
-# How far out, in shares of a bound, regions are shown to leave nothing out: a turn of a servo axis is
-# 1e4 there, a row's direction is known to 1e-13 or so, and this far out that is a tenth of a SLIVER.
+# How far out, in shares of a bound, regions are shown to leave nothing out: a turn of a servo axis
+# is 1e4 there, a row's direction is known to 1e-13 or so, and this far out that is a tenth of a
+# SLIVER.
 FAR = 1e6

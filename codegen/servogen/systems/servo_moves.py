@@ -164,7 +164,8 @@ def _edges(own: Restated, design: LookupDesign) -> tuple[FloatArray, FloatArray]
 
 def _rows(own: Restated, rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
     """rows theta <= bounds in the program's own coordinates, of unit length."""
-    over = own.seen(rows / own.columns, -bounds)[0]
+    scaled = (rows / own.columns).astype(np.float64)
+    over = own.seen(scaled, -bounds.astype(np.float64))[0]
     lengths = np.linalg.norm(over.slope, axis=1)
     lengths = np.where(lengths > 0.0, lengths, 1.0)
     return over.slope / lengths[:, None], -over.offset / lengths
@@ -245,7 +246,8 @@ def _terms(design: LookupDesign, law: int, theta: FloatArray) -> FloatArray:
     if isinstance(form, TreeLookup):
         moves: FloatArray = np.abs(form.gains[law]) @ eta
         return moves
-    return form.half * np.max(eta)
+    halves: FloatArray = form.half * np.max(eta)
+    return halves
 
 
 def _on_edge(design: LookupDesign, theta: FloatArray) -> bool:

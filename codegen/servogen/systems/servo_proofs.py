@@ -1,8 +1,8 @@
 """What is claimed of a servo drive's lookup, proved on its regions and its trees.
 
-Every solution that a form was made from is proved from its program's matrices (``explicit.certify``),
-every tree that was grown is descended with every region. Boxes have a region for every pattern; the
-largest of them are left with that count and a sample.
+Every solution that a form was made from is proved from its program's matrices alone
+(``explicit.certify``), every tree that was grown is descended with every region. Boxes have a
+region for every pattern; the largest of them are left with that count and a sample.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ class Emitted:
     dimensions: Mapping[str, int]
 
     def real(self, name: str, shape: tuple[int, ...]) -> FloatArray:
-        """A table in float64, which holds it exactly; NaN where it is not there or of other size."""
+        """A table in float64, which holds it exactly; NaN where it is missing or of other size."""
         table = self.tables.get(name)
         if table is None or table.size != int(np.prod(shape)) or table.dtype.kind != "f":
             return np.full(shape, np.nan)
@@ -179,7 +179,7 @@ def edge_claims(problem: ParametricQP, emitted: Sequence[Emitted]) -> list[Claim
     rows = exact.real("edge_rows", (exact.dimensions.get("EDGES", 0), size))
     if not np.all(np.isfinite(rows)):
         return [Claim("rows of the feasible set: as declared", False, np.inf, 0.0, 0)]
-    rim = prove_rim(problem, rows)
+    rim = prove_rim(problem, rows.astype(np.float64))
     told, some = f"{len(rows)} rows of the feasible set", len(rows) > 0
     holds = rim.missing <= PROVED and rim.generators > 0
     where = f"{told}: the program has a solution wherever they hold"
