@@ -106,7 +106,7 @@ class _Proof:
         """All facets of some regions: to be settled by one neighbour's rows, or cut by several. A
         flat region is none: nothing is covered by it, nothing leaves through it."""
         places = [(i, row) for i in chosen if self.full[i] for row in range(self.regions[i].k.size)]
-        facets = [facet_on(self.regions[i], self.own, j, self.balls[i].centre) for i, j in places]
+        facets = [facet_on(self.regions[i], self.own, j) for i, j in places]
         for (i, row), facet, ball in zip(places, facets, facet_balls(facets), strict=True):
             if ball.radius <= FLAT:  # the row touches less than a facet
                 self.passed_over += FLAT

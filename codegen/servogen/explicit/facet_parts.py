@@ -29,10 +29,11 @@ def region_balls(own: Restated, regions: Sequence[Region]) -> list[Ball]:
     return padded_balls(sets, shown=True)
 
 
-def facet_on(region: Region, own: Restated, row: int, centre: FloatArray) -> Facet:
-    """The facet on a row, the domain included."""
+def facet_on(region: Region, own: Restated, row: int) -> Facet:
+    """The facet on a row, the domain included, from the point of its plane next to the origin: from
+    one far out its bounds would lose the digits that tell it from its neighbour."""
     normal = region.h[row]
-    foot = centre + normal * (region.k[row] - normal @ centre)
+    foot = normal * region.k[row]
     basis = np.linalg.svd(normal[None, :])[2][1:].T
     others = np.arange(region.k.size) != row
     h = np.vstack([region.h[others], own.domain_rows])
