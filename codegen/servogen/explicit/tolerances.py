@@ -57,3 +57,22 @@ TOUCHES_CONE = 1e-12
 # is looked up: a plant that stands on its limit is feasible whichever way the last digit of its
 # measurement and of the sums was rounded. Some 30 terms of size one round to 1e-14 and 4e-6.
 EDGE = {"float64": 1e-9, "float32": 1e-5}
+
+# Of the proofs (``certify.py``, ``rim.py``), which compute everything again from the program.
+#
+# What is left of a row that is a function of eta, over all parameters, relative to the terms that
+# it is made of: the image leaves out directions that matter by less than RANK, and a thousand
+# roundings of the terms are a hundredth of this.
+SEEN = 1e-9
+# How far a region may reach beyond where its active set is optimal: planes within SAME_PLANE are
+# one when rows are gathered, on both sides of a facet and in either of two regions.
+PROVED = 5e-8
+# Laws are gathered within SAME_LAW of the largest coefficient; the same again for the roundings of
+# the two computations.
+PROVED_LAW = 2e-9
+# Largest ball, in shares of a bound, that what is left open between regions could hold in sum.
+HOLE = 1e-3
+# How far out, in shares of a bound, regions are shown to leave nothing out: a turn of a servo axis
+# is 1e4 there, a row's direction is known to 1e-13 or so, and this far out that is a tenth of a
+# SLIVER.
+FAR = 1e6

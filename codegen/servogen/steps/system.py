@@ -78,16 +78,17 @@ class ClosedLoop:
 
 @dataclass(frozen=True)
 class Proof:
-    """Claims about a design, proved without the emitted C.
+    """Claims about a design, and about the numbers in the C that is emitted for it.
 
     Attributes:
         name, title: on the certificate.
-        prove: the claims; none where ``absent`` says why there is nothing to claim.
+        prove: the claims, given the packages of every precision; none where ``absent`` says why
+            there is nothing to claim.
     """
 
     name: str
     title: str
-    prove: Callable[[Progress], Sequence[Claim]]
+    prove: Callable[[Sequence[CPackage], Progress], Sequence[Claim]]
     absent: str = ""
 
 

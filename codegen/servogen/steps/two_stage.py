@@ -57,8 +57,8 @@ class TwoStage:
     def proofs(self) -> tuple[Proof, ...]:
         alone = "" if self.tuning.horizon else "this controller solves no program"
         return (
-            Proof("sets", PROOFS["sets"], lambda _: self._sets()),
-            Proof("terminal", PROOFS["terminal"], lambda _: self._terminal(), alone),
+            Proof("sets", PROOFS["sets"], lambda _, __: self._sets()),
+            Proof("terminal", PROOFS["terminal"], lambda _, __: self._terminal(), alone),
         )
 
     def in_precision(self, precision: Precision) -> CascadeDesign:
