@@ -223,7 +223,7 @@ def test_a_way_that_is_too_long_is_noticed() -> None:
     leaf = int(np.argmax(read_back(some[0], PREFIX).tables["below"] < 0))
     looped = [with_number(some[0], PREFIX, "below", leaf, "0"), some[1]]
     assert any("longer" in claim for claim in broken(own_claims(looped)))
-    short = [changed(some[0], f"{PREFIX}.h", "TREE_DEPTH = 4", "TREE_DEPTH = 3"), some[1]]
+    short = [changed(some[0], f"{PREFIX}.h", "TREE_DEPTH = 3", "TREE_DEPTH = 2"), some[1]]
     assert any("longer" in claim for claim in broken(own_claims(short)))
 
 

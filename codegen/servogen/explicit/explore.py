@@ -48,9 +48,10 @@ from servogen.qp.parametric import ParametricQP
 _STARTS = 40
 # Active sets whose linear programs are solved together.
 _CHUNK = 256
-# Parts of facets, beyond one for every fourth region, that may have to be stepped across: theory
-# settles nearly all; where it does not, planes too close for a double are to blame.
-_PARTS = 20
+# Parts of facets, beyond two for every region, that may have to be stepped across. Theory settles
+# nearly all; limits on steps beside limits on inputs leave one for every second region, since there
+# active sets with dependent rows abound; planes too close for a double leave many times that.
+_PARTS, _PARTS_PER_REGION = 100, 2
 
 
 def solve(
@@ -262,7 +263,7 @@ class _Search:
         pieces = [facet_of(region, self.program, row)]
         while pieces:
             self.parts += 1
-            if self.parts > _PARTS + len(self.regions) // 4:
+            if self.parts > _PARTS + _PARTS_PER_REGION * len(self.regions):
                 expected = "regions that numbers tell apart (fewer constraints, a shorter horizon)"
                 raise ExplicitError("set of facets", "in too many parts", expected)
             piece = pieces.pop()
