@@ -50,8 +50,10 @@ golden: $(STAMP)
 	for system in $(SYSTEMS); do \
 	  $(BIN)/servogen build examples/$$system/servogen.toml -o generated/$$system || exit 1; done
 
-# Instruction counts against the dense form and the peers; needs valgrind.
+# Ratios against peers, each within one run, and what they must reach: critical regions against PPOPT,
+# the sizes of search trees, instruction counts against the dense form (needs valgrind).
 bench: $(STAMP)
+	$(BIN)/python benchmarks/explicit_regions.py
 	@command -v valgrind > /dev/null || { echo "make bench needs valgrind: apt-get install valgrind"; exit 1; }
 	$(BIN)/python benchmarks/pqp_iteration.py
 

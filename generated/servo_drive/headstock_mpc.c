@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from servo_mpc.c.jinja; not to be edited.
- * Design efe801d2719c8dc75bafa58505b38e021bc824e3869eb17f752cb44b199a2f8b.
+ * Design 194d8956393bab306f4e51be322f6fe719d57e926f5156d4a75b3bef48eebba1.
  *
  * Trajectory-tracking MPC of a servo axis, with its Kalman filter
  *
@@ -11,9 +11,9 @@
  * worst case of one call                      add mul div cmp other load store stack
  * headstock_mpc_init                            0   0   0   0     0    0    10    24
  * headstock_mpc_reset                           0   0   0   5     0    2     7    32
- * headstock_mpc_step                          109  80   0 114    32  218    64   204
- *   fixed part                                101  68   0 110    32  190    64
- *   each of 4 HEADSTOCK_MPC_LOOKUP_TREE_DEPTH   2   3   0   1     0    7     0
+ * headstock_mpc_step                          107  77   0  74    36  208    68   208
+ *   fixed part                                101  68   0  71    36  187    68
+ *   each of 3 HEADSTOCK_MPC_LOOKUP_TREE_DEPTH   2   3   0   1     0    7     0
  */
 #include "headstock_mpc.h"
 #include "headstock_scalar.h"
@@ -83,8 +83,9 @@ static sg_status headstock_mpc_look_up(headstock_mpc_t *self, const headstock_mp
     if (status == SG_OK) {
         headstock_mpc_lookup_find_in ask;
         headstock_mpc_lookup_find_out told;
+        /* sums of what was checked and of what is bounded: not looked at again */
         headstock_mpc_parameter(self, in->reference, ask.theta);
-        status = headstock_mpc_lookup_find(&self->lookup, &ask, &told);
+        status = headstock_mpc_lookup_solve(&self->lookup, &ask, &told);
         sg_copy(HEADSTOCK_MPC_INPUTS, told.move, wanted);
     }
     /*@ merge status; */

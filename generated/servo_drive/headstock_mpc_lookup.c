@@ -1,18 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from lookup_tree.c.jinja; not to be edited.
- * Design efe801d2719c8dc75bafa58505b38e021bc824e3869eb17f752cb44b199a2f8b.
+ * Design 194d8956393bab306f4e51be322f6fe719d57e926f5156d4a75b3bef48eebba1.
  *
- * First move from a search tree: 9 laws, 27 nodes
+ * First move from a search tree: 9 laws, 15 nodes
  *
  * Counted in this C, calls of other files included (servogen wcet): operations on headstock_real, bytes
- * of C objects on the stack. Constant tables of this file: 564 bytes.
+ * of C objects on the stack. Constant tables of this file: 420 bytes.
  *
  * worst case of one call                      add mul div cmp other load store stack
  * headstock_mpc_lookup_init                     0   0   0   0     0    0     3    20
- * headstock_mpc_lookup_find                    35  39   0  46     0   84    11   120
- *   fixed part                                 27  27   0  42     0   56    11
- *   each of 4 HEADSTOCK_MPC_LOOKUP_TREE_DEPTH   2   3   0   1     0    7     0
+ * headstock_mpc_lookup_find                    33  36   0  46     4   82    15   140
+ *   fixed part                                 27  27   0  43     4   61    15
+ *   each of 3 HEADSTOCK_MPC_LOOKUP_TREE_DEPTH   2   3   0   1     0    7     0
+ * headstock_mpc_lookup_solve                   33  36   0   6     4   74    15   124
+ *   fixed part                                 27  27   0   3     4   53    15
+ *   each of 3 HEADSTOCK_MPC_LOOKUP_TREE_DEPTH   2   3   0   1     0    7     0
  */
 #include "headstock_mpc_lookup.h"
 #include "headstock_scalar.h"
@@ -22,7 +25,7 @@
 static int32_t headstock_mpc_lookup_descend(const sg_real *restrict eta)
 {
     int32_t at = 0;
-    SG_PRAGMA("MUST_ITERATE(1, 4)")
+    SG_PRAGMA("MUST_ITERATE(1, 3)")
     for (int level = 0; level < HEADSTOCK_MPC_LOOKUP_TREE_DEPTH; level++) {
         const sg_real height =
             sg_dot(HEADSTOCK_MPC_LOOKUP_COORDINATES, &headstock_mpc_lookup_normals[at * HEADSTOCK_MPC_LOOKUP_COORDINATES], eta);
@@ -51,7 +54,20 @@ static int32_t headstock_mpc_lookup_apply(const sg_real *restrict eta, sg_real *
 static int32_t headstock_mpc_lookup_evaluate(headstock_mpc_lookup_t *self, const sg_real *restrict theta, sg_real *restrict move)
 {
     sg_matvec(HEADSTOCK_MPC_LOOKUP_COORDINATES, HEADSTOCK_MPC_LOOKUP_PARAMETERS, headstock_mpc_lookup_matrix, theta, self->eta);
-    self->law = headstock_mpc_lookup_apply(self->eta, move);
+    if (self->eta[HEADSTOCK_MPC_LOOKUP_MIRROR] < (sg_real)0) {
+        /* the solution is odd: half of the tree answers for both */
+        SG_PRAGMA("MUST_ITERATE(3, 3)")
+        for (int i = 0; i < HEADSTOCK_MPC_LOOKUP_COORDINATES; i++) {
+            self->eta[i] = -self->eta[i];
+        }
+        self->law = headstock_mpc_lookup_apply(self->eta, move);
+        SG_PRAGMA("MUST_ITERATE(1, 1)")
+        for (int j = 0; j < HEADSTOCK_MPC_LOOKUP_MOVES; j++) {
+            move[j] = -move[j];
+        }
+    } else {
+        self->law = headstock_mpc_lookup_apply(self->eta, move);
+    }
     SG_PRAGMA("MUST_ITERATE(1, 1)")
     for (int j = 0; j < HEADSTOCK_MPC_LOOKUP_MOVES; j++) {
         move[j] = sg_clamp(move[j], headstock_mpc_lookup_low[j], headstock_mpc_lookup_high[j]);
@@ -65,16 +81,28 @@ void headstock_mpc_lookup_init(headstock_mpc_lookup_t *self)
     self->law = 0;
 }
 
+/* What is told where nothing is looked up. */
+static void headstock_mpc_lookup_refuse(headstock_mpc_lookup_find_out *out)
+{
+    out->law = -1;
+    sg_copy(HEADSTOCK_MPC_LOOKUP_MOVES, headstock_mpc_lookup_safe, out->move);
+}
+
+sg_status headstock_mpc_lookup_solve(headstock_mpc_lookup_t *self, const headstock_mpc_lookup_solve_in *in, headstock_mpc_lookup_solve_out *out)
+{
+    out->law = headstock_mpc_lookup_evaluate(self, in->theta, out->move);
+    return SG_OK;
+}
+
 sg_status headstock_mpc_lookup_find(headstock_mpc_lookup_t *self, const headstock_mpc_lookup_find_in *in, headstock_mpc_lookup_find_out *out)
 {
     sg_status status = SG_OK;
     /*@ dynamic_split status; */
     status = sg_worse(status, sg_check_array(8, in->theta, -1.0e+20f, 1.0e+20f));
     if (status == SG_OK) {
-        out->law = headstock_mpc_lookup_evaluate(self, in->theta, out->move);
+        status = headstock_mpc_lookup_solve(self, in, out);
     } else {
-        out->law = -1;
-        sg_copy(HEADSTOCK_MPC_LOOKUP_MOVES, headstock_mpc_lookup_safe, out->move);
+        headstock_mpc_lookup_refuse(out);
     }
     /*@ merge status; */
     return status;

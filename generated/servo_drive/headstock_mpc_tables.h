@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design efe801d2719c8dc7. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 194d8956393bab30. */
 /* Constant tables of headstock_mpc; included by headstock_mpc.c only. */
 #ifndef HEADSTOCK_MPC_TABLES_H
 #define HEADSTOCK_MPC_TABLES_H

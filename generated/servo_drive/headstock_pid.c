@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from servo_pid.c.jinja; not to be edited.
- * Design efe801d2719c8dc75bafa58505b38e021bc824e3869eb17f752cb44b199a2f8b.
+ * Design 194d8956393bab306f4e51be322f6fe719d57e926f5156d4a75b3bef48eebba1.
  *
  * Cascaded PID of a servo axis with the notch filter of its current loop
  *
  * Counted in this C, calls of other files included (servogen wcet): operations on headstock_real, bytes
- * of C objects on the stack. Constant tables of this file: 60 bytes.
+ * of C objects on the stack. Constant tables of this file: 64 bytes.
  *
  * worst case of one call    add mul div cmp other load store stack
  * headstock_pid_init          0   0   0   0     0    0     5     4
  * headstock_pid_reset         0   0   0   5     0    2     6    28
- * headstock_pid_step         14   8   0  26    11   29     6   124
- * headstock_pid_filter_step   4   5   0   6     3   16     4    56
+ * headstock_pid_step         14   8   0  26     8   29     6   124
+ * headstock_pid_filter_step   4   5   0   6     2   16     4    56
  */
 #include "headstock_pid.h"
 #include "headstock_scalar.h"
@@ -25,14 +25,14 @@ static void headstock_pid_speed_loop(headstock_pid_t *self, sg_real error)
     const sg_real direct = headstock_pid_velocity_gain * error;
     sg_real integral = self->integral + (headstock_pid_integral_gain * error);
     const sg_real wanted = direct + integral;
-    if (wanted > headstock_pid_limit) {
+    if (wanted > headstock_pid_limit_high) {
         integral = self->integral;
     }
-    if (wanted < -headstock_pid_limit) {
+    if (wanted < headstock_pid_limit_low) {
         integral = self->integral;
     }
-    self->integral = sg_clamp(integral, -headstock_pid_limit, headstock_pid_limit);
-    self->wanted = sg_clamp(direct + self->integral, -headstock_pid_limit, headstock_pid_limit);
+    self->integral = sg_clamp(integral, headstock_pid_limit_low, headstock_pid_limit_high);
+    self->wanted = sg_clamp(direct + self->integral, headstock_pid_limit_low, headstock_pid_limit_high);
 }
 
 /* The speed since the last usable measurement, zero without one now. */
@@ -116,7 +116,7 @@ sg_status headstock_pid_filter_step(headstock_pid_t *self, headstock_pid_filter_
         /* a stable filter of a bounded current */
         self->memory_1 = sg_bound(first, -headstock_pid_most_1, headstock_pid_most_1);
         self->memory_2 = sg_bound(second, -headstock_pid_most_2, headstock_pid_most_2);
-        out->current = sg_clamp(output, -headstock_pid_limit, headstock_pid_limit);
+        out->current = sg_clamp(output, headstock_pid_limit_low, headstock_pid_limit_high);
         status = SG_OK;
     }
     return status;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design efe801d2719c8dc7. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 194d8956393bab30. */
 /* Cascaded PID of a servo axis with the notch filter of its current loop */
 #ifndef HEADSTOCK_PID_H
 #define HEADSTOCK_PID_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design efe801d2719c8dc7. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 194d8956393bab30. */
 /* Constant tables of headstock_pid; included by headstock_pid.c only. */
 #ifndef HEADSTOCK_PID_TABLES_H
 #define HEADSTOCK_PID_TABLES_H
@@ -13,7 +13,9 @@ static const sg_real headstock_pid_integral_gain = 18.516666f;
 /* 1/s: samples */
 static const sg_real headstock_pid_rate = 2000.0f;
 /* mA */
-static const sg_real headstock_pid_limit = 1000.0f;
+static const sg_real headstock_pid_limit_low = -1000.0f;
+/* mA */
+static const sg_real headstock_pid_limit_high = 1000.0f;
 /* deg: one turn */
 static const sg_real headstock_pid_turn = 360.0f;
 /* half of it */

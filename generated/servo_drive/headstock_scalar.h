@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design efe801d2719c8dc7. */
+/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design 194d8956393bab30. */
 /* The scalar of the kernels, and the kernels: for the sources of headstock only. */
 #ifndef HEADSTOCK_SCALAR_H
 #define HEADSTOCK_SCALAR_H

@@ -81,6 +81,33 @@ def test_a_check_of_its_own_and_one_of_another_system(
     assert "CHECK is terminal, expected one of regions, tree, sil" in other.err
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("weight_error = 1e6", "weight_error = nan", "controller.mpc.weight_error is nan"),
+        ("speed_deg_per_s = 360.0", "speed_deg_per_s = 1e-3", "at most 5000000 samples"),
+        ("motor_inertia_kg_m2 = 0.01", "motor_inertia_kg_m2 = 1e-300", "at least 1e-12"),
+        ("[controller.estimator]", "[controller.lookup]\nmax_regions = 1\n[controller.estimator]",
+         "controller.lookup.max_regions is 1"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("verb", ["build", "run"])
+def test_what_is_refused_leaves_one_line_and_no_folder(
+    drive: Path, servogen_command: Command, verb: str, old: str, new: str, told: str
+) -> None:
+    text = drive.read_text()
+    assert old in text
+    # 14 moves are too many for the form without regions, so max_regions may leave no form
+    text = text.replace("\ncontrol_horizon = 3", "\ncontrol_horizon = 14")
+    drive.write_text(text.replace(old, new))
+    before = set(drive.parent.iterdir())
+    outcome = servogen_command(verb, drive)
+    assert outcome.status == 2
+    assert told in outcome.err
+    assert outcome.err.splitlines()[-1].count("servogen: ") == 1
+    assert set(drive.parent.iterdir()) == before
+
+
 def test_a_budget_that_does_not_hold_is_status_1(drive: Path, servogen_command: Command) -> None:
     drive.write_text(drive.read_text().replace("share = 0.2", "share = 0.001"))
     outcome = servogen_command("wcet", drive)

@@ -28,7 +28,8 @@ DESIGN = PidDesign(
     notch=PRINTED_NOTCH,
     sample_time_s=500e-6,
     ratio=8,
-    current_limit=1000.0,
+    current_low=-1000.0,
+    current_high=1000.0,
     reach=36_864.0,
     turn=360.0,
 )
@@ -52,7 +53,7 @@ def test_table_i_in_the_loops_own_units() -> None:
     length=st.integers(1, 200),
 )
 def test_the_notch_is_scipy_s(seed: int, precision: str, length: int) -> None:
-    pid = ready(precision=PRECISIONS[precision], current_limit=1e6)
+    pid = ready(precision=PRECISIONS[precision], current_low=-1e6, current_high=1e6)
     wanted = np.random.default_rng(seed).normal(size=length) * 100.0
     found = []
     for value in wanted:
@@ -200,7 +201,9 @@ def test_whatever_comes_in_the_current_is_within_its_limit(precision, calls) -> 
     [
         ({"position_gain_per_s": 0.0}, "position_gain_per_s"),
         ({"integral_time_s": float("nan")}, "integral_time_s"),
-        ({"current_limit": -1.0}, "current_limit"),
+        ({"current_high": -1.0}, "current_low"),
+        ({"current_low": 0.5}, "current_low"),
+        ({"current_low": float("nan")}, "current_low"),
         ({"ratio": 0}, "ratio"),
         ({"turn": 0.3}, "turn"),
     ],

@@ -285,6 +285,8 @@ def test_whatever_comes_in_the_current_is_within_its_bounds(precision, turn, cal
         assert not turn or abs(controller.drift[0]) <= 180.0
         bound = controller.design.filter.increment_bound.astype(controller.precision.dtype)
         assert np.all(np.abs(controller.increment) <= bound)
+        # looked up without another look at it
+        assert np.max(np.abs(controller.theta)) <= controller.design.parameter_bound
 
 
 def test_the_declaration_names_what_the_step_takes_and_gives() -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from servogen.errors import InputError
 from servogen.evidence.certificate import (
     FAILED,
     NOT_APPLICABLE,
@@ -83,13 +82,28 @@ def test_failed_and_not_applicable(tmp_path: Path) -> None:
     assert state(tmp_path) == NOT_APPLICABLE
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"schema": "servogen.evidence/1", "check": "misra"}'])
-def test_a_file_that_is_no_finding_is_refused(tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        '{"schema": "servogen.evidence/1", "check": "misra"}',
+        '{"schema": "servogen.evidence/1", "check": "pil", "passed": true, "tools": [3]}',
+        '{"schema": "servogen.evidence/1", "check": "pil", "passed": true, "faults": 3}',
+        "[" * 100_000,
+        "\xff",
+    ],
+)
+def test_a_file_that_is_no_finding_is_not_run_and_stops_nothing(tmp_path: Path, text: str) -> None:
     file = evidence_file(tmp_path, "pil")
     file.parent.mkdir()
-    file.write_text(text)
-    with pytest.raises(InputError, match=r"pil\.json"):
-        entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    file.write_bytes(text.encode("latin-1"))
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    assert (entry.state, entry.command) == (NOT_RUN, WANTED.command)
+    assert entry.summary.startswith("evidence/pil.json cannot be read, expected ")
+    whole = Certificate("p", "1", "e", "float64", DIGESTS, ORIGIN, (entry,))
+    assert whole.result == "incomplete"
+    assert "pil         not run   evidence/pil.json cannot be read" in whole.lines()[1]
 
 
 def test_a_finding_that_does_not_say_passed_has_failed(tmp_path: Path) -> None:

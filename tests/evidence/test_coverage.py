@@ -217,3 +217,21 @@ def test_the_list_is_read_and_judged(tmp_path):
             reviewed(path)
     with pytest.raises(InputError, match="readable"):
         reviewed(Path("/nonexistent.toml"))
+    one, other = (f'{ENTRY}only_with = "{kind}"\n{REASON}' for kind in ("fast", "mpc"))
+    path.write_text(f"[[branch]]\n{one}[[branch]]\n{other}")
+    assert [e.only_with for e in reviewed(path)] == [("fast",)] * 4 + [("mpc",)] * 4
+    path.write_text(f"[[branch]]\n{one}[[branch]]\n{ENTRY}{REASON}")
+    with pytest.raises(InputError, match="once for each kind"):
+        reviewed(path)
+
+
+WORDS = {"servo": ("queue", "horizon", "fast stage", "cascade"), "cascade": ("servo axis", "tree")}
+
+
+def test_the_reasons_are_about_the_package_that_they_are_given_for():
+    """No reason of a servo axis speaks of a cascade's parts, nor the other way round."""
+    for kind, names, cover_one in (("cascade", VARIANTS, covered), ("servo", AXES, on_servo)):
+        for name in names:
+            for place, entry in cover_one(name).compared.justified:
+                wrong = [word for word in WORDS[kind] if word in entry.reason]
+                assert wrong == [], (name, str(place))

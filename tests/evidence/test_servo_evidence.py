@@ -13,6 +13,7 @@ from small_bench import changed
 
 from servogen.emit.package import CPackage
 from servogen.evidence import counts, misra, sanitizers
+from servogen.evidence.preemption import examine_preemption, shared_lines
 from servogen.evidence.prove_bounds import judge_bounds
 from servogen.evidence.prove_run import INPUTS, Job, prove
 from servogen.progress import Silent
@@ -22,6 +23,25 @@ HEAD = AXES["headstock"]
 needs_framac = pytest.mark.skipif(
     shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
 )
+
+
+@pytest.mark.parametrize("name", ["headstock", "slide"])
+def test_a_pid_and_its_filter_share_the_current_asked_for_alone(name: str) -> None:
+    faults, figures = examine_preemption(subject(AXES[name]))
+    assert faults == []
+    assert figures["shared"] == {"step": ["wanted"]}
+    (line,) = shared_lines(figures)
+    assert line.startswith("shared by step and filter_step, wanted: step writes it once")
+
+
+def test_what_else_a_pid_shares_with_its_filter_is_found() -> None:
+    axis, anchor = AXES["headstock"], "    out->wanted = self->wanted;\n"
+    line = "    self->memory_1 = (sg_real)0;\n"
+    made = changed(package(axis), "ev64_pid.c", anchor, f"{line}{anchor}")
+    assert examine_preemption(subject(axis, made))[0] == [
+        "ev64_pid_filter_step may interrupt ev64_pid_step, and both touch memory_1"
+    ]
+    assert examine_preemption(subject(AXES["pair"])) == ([], {})  # no PID, no rule
 
 
 @pytest.mark.parametrize("name", AXES)

@@ -27,7 +27,9 @@ def first_moves(problem: ParametricQP, thetas: np.ndarray) -> np.ndarray:
     rows = np.ascontiguousarray(rows / length[:, None])
     low, high = problem.lower / scale, problem.upper / scale
     senses = np.zeros(low.size + length.size, dtype=c_int)
-    linear = (thetas @ problem.linear.T + problem.constant) * scale / size
+    # far out the terms of F theta cancel: their sum is not to be the oracle's error
+    wide = thetas.astype(np.longdouble) @ problem.linear.T.astype(np.longdouble)
+    linear = ((wide + problem.constant) * scale / size).astype(np.float64)
     limits = (thetas @ problem.bounds_parameter.T + problem.bounds) / length
     big = 1e30
     low, high = np.maximum(low, -big), np.minimum(high, big)

@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from explicit_problems import double_integrator, random_program, servo_drive, transport
+from explicit_problems import (
+    double_integrator,
+    random_program,
+    servo_drive,
+    toolbox_double_integrator,
+    transport,
+)
 from scipy.optimize import linprog
 
 from servogen.explicit.explore import solve
@@ -15,6 +21,9 @@ PROGRAMS = {
     "one": random_program(1, 3, 2, 6),
     "two": random_program(2, 2, 3, 5),
     "three": random_program(3, 4, 2, 8),
+    # seen in fewer coordinates than there are parameters
+    "toolbox": toolbox_double_integrator(),
+    "servo": servo_drive(2, inside_box=True),
 }
 
 
@@ -41,9 +50,10 @@ def test_it_is_feasible_where_a_linear_program_says_so(name: str) -> None:
     centre = np.linalg.pinv(solution.image.matrix) @ (
         solution.regions[0].centre - solution.image.offset
     )
+    wide = min(1.0, 2.0 / np.sqrt(problem.parameters))  # that some are inside on every side
     seen = {True: 0, False: 0}
     for i in range(300):
-        theta = centre + generator.normal(size=problem.parameters) * np.abs(
+        theta = centre + wide * generator.normal(size=problem.parameters) * np.abs(
             problem.domain_bounds[: problem.parameters]
         )
         if i % 2:  # on a facet, and a little to either side

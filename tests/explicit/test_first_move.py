@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from explicit_problems import LIMIT_MA, servo_drive
-from many_parameters import parameters
+from many_parameters import HALF, THIRDS, parameters
 from oracle import first_moves
 
 from servogen.explicit.clips import recursive_clips, without_first_bounds
@@ -35,13 +35,22 @@ def thetas(solution: ExplicitSolution) -> np.ndarray:
 def wanted(problem: ParametricQP, thetas: np.ndarray) -> np.ndarray:
     moves = first_moves(problem, thetas)
     assert not np.any(np.isnan(moves))
-    free = np.abs(moves) < LIMIT_MA * (1.0 - 1e-9)
-    assert 0.1 < np.mean(free) < 0.9  # neither all saturated nor none
     return moves
 
 
-def test_enough_parameters(thetas: np.ndarray) -> None:
+def test_parameters_try_every_law_near_and_far(
+    solution: ExplicitSolution, thetas: np.ndarray, wanted: np.ndarray
+) -> None:
     assert len(thetas) >= 100_000
+    found = solution.law_of[solution.locate(solution.image.of(thetas))]
+    free = np.abs(wanted[:, 0]) < LIMIT_MA * (1.0 - 1e-9)
+    for name, least in (("inside", 0.1), ("facets", 0.3), ("far", 0.6)):
+        third = THIRDS[name]
+        assert least < np.mean(free[third]) < 0.9  # a saturated move tries no law
+        assert np.min(np.bincount(found[third], minlength=11)) > 400
+    boxes = np.max(np.abs(thetas[THIRDS["far"]] / HALF), axis=1)
+    assert np.mean(boxes > 1e2) > 0.95
+    assert np.mean(boxes > 1e5) > 0.2
 
 
 def test_regions_one_by_one(

@@ -122,12 +122,12 @@ def test_unbounded_sets_know_their_sides() -> None:
     half = cone_of(np.array([[0.0, 1.0]]), np.array([0.0]))  # y <= 0
     assert half.lines.shape == (1, 3)
     lines = homogeneous(np.array([[0.0, 1.0], [0.0, 1.0], [1.0, 0.0]]), np.array([1.0, -1.0, 1e6]))
-    below, above = sides(half, lines)
+    below, above = sides([half], lines)[0]
     np.testing.assert_array_equal(below, [True, True, True])
     np.testing.assert_array_equal(above, [False, True, True])
     wedge = cut(half, homogeneous(np.array([[1.0, 1.0]]), np.array([0.0]))[0])
     wedge = cut(wedge, homogeneous(np.array([[-1.0, 0.0]]), np.array([0.0]))[0])  # 0 <= x <= -y
-    below, above = sides(wedge, homogeneous(np.array([[1.0, 2.0]]), np.array([0.0])))
+    below, above = sides([wedge], homogeneous(np.array([[1.0, 2.0]]), np.array([0.0])))[0]
     assert below[0]
     assert not above[0]
 

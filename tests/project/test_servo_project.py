@@ -95,8 +95,9 @@ MPC = "[controller.mpc]\n"
          "valid TOML"),
         ("prediction_horizon = 50", "prediction_horizon = 2", "at most prediction_horizon = 2"),
         ("weight_error = 1e6", "weight_error = [1, 2]", "one number or 50"),
-        ("weight_error = 1e6", "weight_error = -1", "weight_error[0] is -1.0, expected a number"),
+        ("weight_error = 1e6", "weight_error = -1", "weight_error is -1.0, expected a number"),
         ("weight_error = 1e6", "weight_error = 0", "expected one above 0"),
+        ("weight_error = 1e6", "weight_error = nan", "weight_error is nan, expected a finite"),
         ("weight_change = 1.0", "weight_change = [1, 0, 1]", "weight_change[1] is 0.0"),
         ("weight_change = 1.0", 'weight_change = "a"', "number or a list of H_u numbers"),
         (MPC, MPC + "position_bound_deg = 90\n", "none on an axis that comes round"),
@@ -109,6 +110,20 @@ MPC = "[controller.mpc]\n"
         ('shape = "trapezoid"', 'shape = "sinus"', 'reference.shape is "sinus", expected "sine"'),
         ("[reference]", "[[reference]]", "an array of tables"),
         ("[axis]", "[axes]", "axes is an unknown key"),
+        ("schema = 1", "schema = true", "schema is true, expected 1"),
+        ("current_limit_ma = 1000.0", "current_limit_ma = [100, 200]",
+         "current_limit_ma is [100, 200], expected a finite number from 1e-09 to 1e+06, or two"),
+        ("current_limit_ma = 1000.0", "current_limit_ma = [0, -1]", "is [0, -1], expected"),
+        (MPC, MPC + "current_step_limit_ma = [0, 5]\n", "with 0 between them (mA)"),
+        (MPC, MPC + "position_bound_deg = [5, 5]\n", "is [5, 5], expected a finite number from"),
+        ("speed_deg_per_s = 360.0", "speed_deg_per_s = 0.008",
+         "reference.speed_deg_per_s is 0.008, expected a reference of at most 5000000 samples of "
+         "sampling.current_sample_time_s = 6.25e-05, 312.5 s, not 33750 s"),
+        ("acceleration_deg_per_s2 = 1000.0", "acceleration_deg_per_s2 = 1e-9",
+         "reference.acceleration_deg_per_s2 is 1e-09, expected a reference of at most"),
+        ('"two_mass"', '"matrices"', 'drive.motor_inertia_kg_m2 is a key of model = "two_mass" '
+         '(0.01), expected the keys of model = "matrices": model, a, b, c'),
+        ("[0.9352, -1.84926448, 0.9352]", "[0, 0, 0]", "notch.numerator is [0.0, 0.0, 0.0]"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_sentence(write: Write, old: str, new: str, told: str) -> None:
@@ -136,6 +151,53 @@ def test_a_mistake_about_matrices_too(write: Write, old: str, new: str, told: st
     with pytest.raises(InputError) as caught:
         load_servo_project(write(LEAST.replace(old, new)))
     assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "more"),
+    [
+        ("weight_error = 1e6", 'weight_error = ["a", "b", "c"]', ""),
+        ('"two_mass"', '"matrices"', ""),
+        ("weight_error = 1e6\nweight_change = 1.0", "weight_error = nan\nweight_change = inf",
+         " (and 1 more wrong key)"),
+        ("[1.0, -1.8492, 0.8651]", '["a", "b"]', ""),
+    ],
+)  # fmt: skip
+def test_a_list_or_a_table_that_is_wrong_counts_once(
+    write: Write, old: str, new: str, more: str
+) -> None:
+    assert old in TEXT
+    with pytest.raises(InputError) as caught:
+        load_servo_project(write(TEXT.replace(old, new, 1)))
+    told = str(caught.value)
+    assert told.partition(" (and ")[1:] == more.partition(" (and ")[1:], told
+
+
+def test_limits_are_a_number_or_two(write: Write) -> None:
+    text = TEXT.replace("turn_deg = 360 ", "turn_deg = 0 ").replace(
+        "current_limit_ma = 1000.0",
+        "current_limit_ma = [-800, 1200]\ncurrent_step_limit_ma = 50\n"
+        "position_bound_deg = [2, 300]",
+    )
+    text = text.replace("stroke_deg", "start_deg = 3\nstroke_deg")
+    mpc = load_servo_project(write(text)).controller.mpc
+    assert mpc.current_limit_ma == (-800.0, 1200.0)
+    assert mpc.current_step_limit_ma == (-50.0, 50.0)
+    assert mpc.position_bound_deg == (2.0, 300.0)
+    with pytest.raises(InputError, match=r"reference.start_deg is 1.0, expected a place within"):
+        load_servo_project(write(text.replace("start_deg = 3", "start_deg = 1")))
+    with pytest.raises(InputError, match=r"start_deg is -36001.0, expected within axis.position_r"):
+        load_servo_project(write(text.replace("start_deg = 3", "start_deg = -36001")))
+
+
+def test_a_sine_that_is_too_long_says_why(write: Write) -> None:
+    slow = LEAST.replace("frequency_hz = 10", "frequency_hz = 1e-6")
+    many = LEAST.replace("frequency_hz = 10", "frequency_hz = 1.0, cycles = 1000")
+    assert load_servo_project(write(many)).reference.lasts_s == 1000.0
+    often = many.replace("0.0005", "1e-5")
+    for text, key in ((slow, "frequency_hz is 1e-06"), (often, "cycles is 1000")):
+        with pytest.raises(InputError, match=rf"reference.{key}, expected a reference of at most"):
+            load_servo_project(write(text))
 
 
 def test_a_model_of_the_controller_s_own_must_fit_itself(write: Write) -> None:

@@ -14,8 +14,12 @@ import numpy as np
 import plotly.graph_objects
 import pytest
 
+from servogen.explicit.explore import solve
+from servogen.qp.parametric import parametric_qp
 from servogen.reports import ServoReportData, browser, chromium, make_servo_report
 from servogen.reports.checks import verdict
+from servogen.reports.law_names import law_names
+from servogen.reports.numbers import MINUS
 from servogen.reports.servo_page import servo_checks
 from servogen.reports.servo_regions_figure import regions_figure, slice_of, tree_figure, tree_places
 from servogen.reports.slice_polygons import area, cut, rectangle
@@ -166,10 +170,90 @@ def test_colours_of_the_slice_are_the_laws_that_apply(bare: ServoReportData) -> 
     for trace in figure.traces:
         middle = np.array([np.mean(trace["x"][:-1]), np.mean(trace["y"][:-1])])
         theta = directions @ middle
-        law = int(trace["name"].removeprefix("law ")) - 1
+        law = _number(trace["name"]) - 1
         eta = solution.image.of(theta)
         move = solution.laws.gains[law, 0] @ eta + solution.laws.offsets[law, 0]
         assert move == pytest.approx(solver.solve(theta).z[0], abs=1e-6)
+
+
+def _number(name: str) -> int:
+    return int(name.partition(":")[0].removeprefix("law "))
+
+
+def test_the_legends_say_what_holds_in_a_law_and_the_same_of_both(bare: ServoReportData) -> None:
+    """At a point of each region the program's solver meets the limits that the legend names."""
+    from servogen.qp.parametric_solver import ParametricSolver
+
+    regions, tree = regions_figure(bare), tree_figure(bare)
+    assert regions is not None
+    assert tree is not None
+    solver = ParametricSolver(bare.parts.mpc.problem.qp)
+    directions, _ = slice_of(bare)
+    told: dict[int, str] = {}
+    for trace in regions.traces:
+        middle = np.array([np.mean(trace["x"][:-1]), np.mean(trace["y"][:-1])])
+        plan = solver.solve(directions @ middle).z
+        meaning = trace["name"].partition(": ")[2]
+        told[_number(trace["name"])] = meaning
+        met = [f"u{i}{'+' if u > 0 else MINUS}" for i, u in enumerate(plan) if abs(u) > 999.9999]
+        own = met[:1] if met and met[0].startswith("u0") else met
+        assert meaning == (" ".join(own) or "free")
+        assert trace["text"].endswith(meaning)
+    shared = [t["name"] for t in tree.traces if _told(t["name"]) and _number(t["name"]) in told]
+    assert len(shared) == 5  # of the six in half a tree
+    assert all(name.partition(": ")[2] == told[_number(name)] for name in shared)
+
+
+def _told(name: str) -> bool:
+    return name.startswith("law ")
+
+
+def test_a_plan_beyond_other_limits_says_how_many() -> None:
+    program = parametric_qp(
+        np.eye(2), np.eye(2), rows=[[1.0, 1.0]], bounds=[1.0], lower=[-4.0, -4.0], upper=[4.0, 4.0]
+    )
+    names = law_names(solve(program, 50))
+    assert {"free", "1 limit", "u0+", f"u0{MINUS}"} <= set(names)
+
+
+def test_errors_of_both_controllers_have_axes_of_their_own(
+    full: ServoReportData, page: str
+) -> None:
+    plot = plots(page)["plot-task0"]
+    titles = [plot["layout"][f"yaxis{i}"]["title"]["text"] for i in ("2", "3")]
+    assert titles == ["MPC error [deg]", "PID error [deg]"]
+    most = {}
+    for trace in plot["data"]:
+        if trace["yaxis"] in ("y2", "y3") and trace["name"] != "limit":
+            most[trace["yaxis"]] = (trace["name"], max(abs(v) for v in trace["y"]))
+    assert most["y2"][0] == "MPC"
+    assert most["y2"][1] < 0.01 * most["y3"][1]
+    levels = {t["y"][0] for t in plot["data"] if t["name"] == "limit" and t["yaxis"] == "y2"}
+    assert levels == {0.2, -0.2}
+    alone = replace(full, runs=full.runs[:2])
+    drawn = plots(make_servo_report(alone))["plot-task0"]["layout"]
+    assert "yaxis4" not in drawn
+
+
+def test_the_currents_of_the_study_are_said_not_to_be_the_project_s(page: str) -> None:
+    told = "within 1 A at 1 Hz and 12 A at 10 Hz, whatever the project's own current limit"
+    assert readable(page).count(told) == 2
+    assert readable(page).count("within 12 A at 10 Hz, whatever the project's own") == 2
+
+
+def test_a_study_whose_loop_is_lost_fails_its_check(full: ServoReportData) -> None:
+    study = full.study
+    assert study is not None
+    lost = replace(study.tables[0], zero_order=np.full(8, np.nan))
+    names = {check.name: check for check in servo_checks(full)}
+    assert names["Study of horizons"].passed is True
+    bad = replace(full, study=replace(study, tables=(lost, *study.tables[1:])))
+    check = {check.name: check for check in servo_checks(bad)}["Study of horizons"]
+    assert check.passed is False
+    assert check.detail == "at 1 Hz a controller does not hold the axis"
+    none = replace(full, study=replace(study, tables=(), absent="too short"))
+    check = {check.name: check for check in servo_checks(none)}["Study of horizons"]
+    assert (check.passed, check.hint) == (None, "")
 
 
 def test_half_planes_cut_polygons() -> None:
@@ -194,10 +278,11 @@ def test_the_tree_is_drawn_leaf_by_leaf(bare: ServoReportData) -> None:
     assert max(depth for _, depth in spots.values()) == tree.depth
     drawn = sum(len(t["x"]) for t in figure.traces if t["mode"] == "markers")
     assert drawn == tree.nodes
-    # nine laws of the eleven: those with the first move free
+    # of the nine laws with the first move free, those of the half that the tree is for
     names = {t["name"] for t in figure.traces if t["name"].startswith("law")}
-    assert len(names) == 9
-    assert names < {f"law {i + 1}" for i in range(11)}
+    held = {-1 - int(child) for child in tree.children.ravel() if child < 0}
+    assert len(names) == len(held) == 6
+    assert {_number(name) for name in names} < set(range(1, 12))
 
 
 def _chromium() -> bool:

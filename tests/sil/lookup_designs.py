@@ -18,6 +18,8 @@ from servogen.explicit.clips import recursive_clips, without_first_bounds
 from servogen.explicit.explore import solve
 from servogen.explicit.grow import grow_tree
 from servogen.explicit.lookup import count_clips, tree_lookup
+from servogen.explicit.pieces import arrange
+from servogen.explicit.turned import turned
 from servogen.precision import PRECISIONS
 from servogen.qp.parametric import ParametricQP, parametric_qp
 from servogen.sil.build import compile_package
@@ -28,6 +30,7 @@ from explicit_problems import (
     double_integrator,
     regulator_2002,
     servo_drive,
+    toolbox_double_integrator,
     transport,
 )
 
@@ -50,6 +53,7 @@ CASES = {
         Case("clips", "drive", "recursive clips"),
         Case("cliptree", "drive", "clip tree"),
         Case("mirrored", "drive", "clip tree, odd in eta_2"),
+        Case("turned", "drive", "clip tree, odd across hyperplane 4"),
         Case("lawtree", "drive", "law tree"),
         Case("oddlaws", "drive", "law tree, odd in eta_1"),
         Case("leaf", "one move", "clip tree"),
@@ -60,6 +64,7 @@ CASES = {
         Case("onesided", "one-sided", "law tree"),
         Case("paper", "example of 2002", "clip tree"),
         Case("transport", "transport", "law tree"),
+        Case("toolbox", "toolbox", "law tree"),
     )
 }
 
@@ -78,6 +83,8 @@ def program(name: str) -> ParametricQP:
             return regulator_2002()
         case "transport":
             return transport()
+        case "toolbox":
+            return toolbox_double_integrator()
         case "two moves":
             qp = regulator_2002()
             return parametric_qp(
@@ -110,6 +117,9 @@ def form_of(name: str, wanted: str) -> Form:
         problem, clip = without_first_bounds(problem)
     solution = solve(problem, 500)
     mirror = int(wanted.partition("eta_")[2] or -1)
+    if across := wanted.partition("hyperplane ")[2]:
+        normal = arrange(solution).planes[int(across), :-1]
+        solution, mirror = turned(solution, normal / np.linalg.norm(normal))
     lookup = tree_lookup(solution, grow_tree(solution, 20, mirror), clip)
     return Form(wanted, lookup, lookup.count, "", solution)
 

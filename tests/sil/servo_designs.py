@@ -65,8 +65,8 @@ def _slide() -> TrackingQp:
         Weights.constant(1e6, 1.0, plant, horizons),
         Constraints(
             Bounds([-100.0], [150.0]),
-            Bounds.symmetric([120.0]),
-            SignalBounds(plant.c, Bounds.symmetric([50.0]), 3),
+            Bounds([-120.0], [90.0]),
+            SignalBounds(plant.c, Bounds([10.0], [50.0]), 3),
         ),
     )
 
@@ -119,7 +119,7 @@ def parts(axis: Axis) -> ServoParts:
     notch = Notch(0.8, -1.55, 0.76, -1.5, 0.56) if axis.notch else None
     pid = PidDesign(
         f"{axis.prefix}_pid", precision, 21.67, 3.0, 0.02, notch, plant.sample_time_s, 3,
-        float(bounds.upper[0]), reach, turn,
+        float(bounds.lower[0]), float(bounds.upper[0]), reach, turn,
     )  # fmt: skip
     return ServoParts(mpc, lookup, None if axis.kind == "pair" else pid)
 

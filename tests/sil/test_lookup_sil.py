@@ -123,7 +123,7 @@ def test_forms_left_out_are_refused() -> None:
     problem = program("one move")
     chosen = choose(problem, 50, 5)
     left_out = next(form for form in chosen.forms if form.lookup is None)
-    with pytest.raises(DesignError, match="no tree for"):
+    with pytest.raises(DesignError, match="not grown"):
         design_lookup("x", FLOAT64, problem, chosen, 1.0, 50, form=left_out)
     form = form_of("one move", "clip tree")
     huge = replace(form.lookup, gains=np.full_like(form.lookup.gains, 1e307))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from core_designs import temporary_folder
 from servo_designs import Axis, compiled, parts
 
+from servogen.controllers.errors import DesignError
 from servogen.controllers.lookup import Lookup
 from servogen.controllers.pid import Pid
 from servogen.controllers.servo_parts import ServoParts
@@ -56,6 +58,22 @@ def test_edges_half_turns_and_random_calls(prefix: str) -> None:
         assert ("NOT_READY" in seen) == (not name.endswith("lookup"))
     if axis.kind == "slide":
         assert "INFEASIBLE" in statuses[f"{prefix}_mpc"]
+
+
+@pytest.mark.parametrize("prefix", ["sh32", "ss32", "sp32"])
+def test_a_step_looks_at_its_inputs_once(prefix: str) -> None:
+    """The lookup it asks takes the parameter as it is; so it has to reach as far as that can go."""
+    own = parts(BY_NAME[prefix])
+    made = emit_package(f"once_{prefix}", own.declarations())
+    text = made.files[f"{prefix}_mpc.c"]
+    assert f"{prefix}_mpc_lookup_solve(" in text
+    assert f"{prefix}_mpc_lookup_find(" not in text
+    contract = made.files[f"verify/{prefix}_mpc_lookup_contract.c"]
+    assert "\\is_finite(in->theta[i]) && " in contract
+    reached = replace(own.lookup, reach=own.mpc.parameter_bound)
+    assert replace(own, lookup=reached).lookup.reach > 100.0
+    with pytest.raises(DesignError, match="one for parameters up to"):
+        replace(own, lookup=replace(reached, reach=0.9 * reached.reach))
 
 
 @cache
@@ -113,4 +131,4 @@ def test_the_pid_around_the_machine(precision: str) -> None:
     run = run_drive(servo, PidLoop(twin), swinging, 1000)
     assert twin.agreement.passed, twin.agreement.difference
     assert twin.agreement.calls == 1000 * (1 + servo.ratio) + 1
-    assert np.max(np.abs(run.current)) == servo.project.controller.mpc.current_limit_ma
+    assert np.max(np.abs(run.current)) == servo.project.controller.mpc.current_limit_ma[1]

@@ -13,7 +13,7 @@ from servogen.steps.findings import proof_finding
 from servogen.steps.system import Proof
 from servogen.systems.claims import Claim
 
-BENCH = cast(Bench, SimpleNamespace(digests={"float64": "a"}))
+BENCH = cast(Bench, SimpleNamespace(digests={"float64": "a"}, subjects=()))
 PROVED = Claim("law", True, 2e-9, 1e-8, 9)
 SEEN = Claim("moves", True, 3e-4, 1e-3, 1000, "sample")
 
@@ -26,6 +26,6 @@ SEEN = Claim("moves", True, 3e-4, 1e-3, 1000, "sample")
     ],
 )
 def test_a_sample_is_never_told_as_a_proof(claims: list[Claim], told: str) -> None:
-    proof = cast(Proof, SimpleNamespace(name="tree", absent="", prove=lambda progress: claims))
+    proof = cast(Proof, SimpleNamespace(name="tree", absent="", prove=lambda *_: claims))
     found = proof_finding(proof, BENCH, Silent())
     assert (found.passed, found.summary) == (True, told)

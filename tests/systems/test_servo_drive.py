@@ -15,6 +15,7 @@ from servogen.errors import InputError
 from servogen.precision import FLOAT32
 from servogen.progress import Silent
 from servogen.project.servo_load import load_servo_project
+from servogen.project.servo_reference import TrapezoidReference
 from servogen.resources import resource_dir
 from servogen.systems.servo_drive import (
     ServoDrive,
@@ -30,7 +31,7 @@ from servogen.systems.servo_figures import (
     waterfall,
 )
 from servogen.systems.servo_loop import run_drive
-from servogen.systems.servo_motion import reference_motion, sine, trapezoid, trapezoid_duration
+from servogen.systems.servo_motion import reference_motion, sine, trapezoid
 from servogen.systems.servo_study import (
     AS_PRINTED,
     FAST,
@@ -251,7 +252,7 @@ def test_a_drive_of_matrices_alone(write: Write) -> None:
             "[controller.estimator]",
             "[controller.mpc.model]\na = [[1.2, 0], [0, 0.5]]\nb = [1, 1]\nc = [0, 1]\n"
             "[controller.estimator]",
-            "controller.mpc.model is blind to the mode at z = 1.2",
+            "controller.mpc.model.c is blind to the mode at z = 1.2",
         ),
     ],
 )
@@ -291,7 +292,10 @@ def test_the_example_s_design_is_in_its_precision(servo: ServoDrive) -> None:
 
 @pytest.mark.parametrize(("stroke", "peak"), [(270.0, 360.0), (50.0, np.sqrt(50_000.0))])
 def test_the_trapezoid_is_one(stroke: float, peak: float) -> None:
-    motion, lasts = trapezoid(stroke, 360.0, 1000.0), trapezoid_duration(stroke, 360.0, 1000.0)
+    wanted = TrapezoidReference(
+        shape="trapezoid", stroke_deg=stroke, speed_deg_per_s=360.0, acceleration_deg_per_s2=1000.0
+    )
+    motion, lasts = trapezoid(wanted), wanted.lasts_s
     time = np.linspace(0.0, lasts, 20_001)
     position = motion(time)
     speed = np.gradient(position, time)

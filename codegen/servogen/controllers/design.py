@@ -144,6 +144,9 @@ class Declaration:
         uses: prefixes of the controllers it calls.
         replaces: prefix of the controller that it stands in for: one of the two runs, never both.
         facts: decisions a template may need that are not numbers in the C (flags, sub-prefixes).
+        trusting: entry points for a controller that uses this one and has bounded their inputs
+            itself: these are not looked at, and the proof of the caller shows that they keep their
+            ranges. No harness calls them with anything else.
     """
 
     kind: str
@@ -159,6 +162,12 @@ class Declaration:
     uses: tuple[str, ...] = ()
     replaces: str = ""
     facts: Mapping[str, object] = field(default_factory=dict)
+    trusting: tuple[Operation, ...] = ()
+
+    @property
+    def entries(self) -> tuple[Operation, ...]:
+        """All entry points but ``init``."""
+        return self.operations + self.trusting
 
     @property
     def table_bytes(self) -> int:
@@ -171,7 +180,9 @@ class Declaration:
 
     def fingerprint(self) -> dict[str, object]:
         """A plain structure with every decision in it, in a fixed order."""
+        trusting = {"trusting": [op.name for op in self.trusting]} if self.trusting else {}
         return {
+            **trusting,
             "kind": self.kind,
             "prefix": self.prefix,
             "precision": self.precision.name,

@@ -105,7 +105,8 @@ def _gain(form: VelocityForm, reach: FloatArray, measurement: FloatArray) -> Flo
     noise = reach @ reach.T
     unit = np.eye(c.shape[0])
     try:
-        p = scipy.linalg.solve_discrete_are(form.a.T, c.T, noise, unit)
+        with np.errstate(all="ignore"):  # its balancing of what cannot be balanced: told below
+            p = scipy.linalg.solve_discrete_are(form.a.T, c.T, noise, unit)
     except (np.linalg.LinAlgError, ValueError):  # the latter where the pencil is not told apart
         raise DesignError("plant", None, "one whose Riccati equation has a solution") from None
     seen = c @ p @ c.T + unit
@@ -174,7 +175,8 @@ def _slow_modes(a: FloatArray) -> list[complex]:
 
 def _independent(a: FloatArray, c: FloatArray, mode: complex) -> bool:
     """Hautus: whether [mode I - a; c] has full column rank, in balanced coordinates."""
-    balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    with np.errstate(all="ignore"):  # what cannot be balanced is not, and counts as not seen
+        balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
     seen = c * scale
     size = np.linalg.norm(seen, axis=1)
     seen = seen / np.where(size > 0.0, size, 1.0)[:, None]

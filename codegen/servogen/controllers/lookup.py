@@ -24,7 +24,6 @@ class Lookup:
         form = design.form
         self._form = form.rounded(p.dtype) if isinstance(form, TreeLookup) else form
         self._safe = cast(design.safe, p)
-        self._low, self._high = cast(design.low, p), cast(design.high, p)
         self._theta = self.declaration.operation("find").inputs[0]
         edge = design.feasible
         self._edge_rows = None if edge is None else cast(edge.rows.T, p)
@@ -51,9 +50,7 @@ class Lookup:
         dtype = self.design.precision.dtype
         if isinstance(self._form, TreeLookup):
             return self._form.find(theta, dtype)
-        moves = evaluate_clips(self._form, theta, dtype)
-        bounded: FloatArray = np.minimum(np.maximum(moves, self._low), self._high)
-        return np.zeros(len(theta), dtype=np.int64), bounded
+        return np.zeros(len(theta), dtype=np.int64), evaluate_clips(self._form, theta, dtype)
 
     def _find(self, theta: FloatArray) -> tuple[Status, FloatArray, int]:
         with np.errstate(over="ignore"):

@@ -42,8 +42,7 @@ class LookupDesign:
     """A form of lookup with what surrounds it.
 
     Attributes:
-        form: tree or recursive clips; its clips are the bounds of the first moves wherever these
-            have any.
+        form: tree or recursive clips.
         feasible: None where every theta is; widened by ``EDGE``.
         low, high: (nu,) bounds of the first moves, infinite where there is none.
         reach: largest |theta_i| that is looked up.
@@ -110,8 +109,6 @@ def design_lookup(
         raise DesignError("form", chosen.name, f"one that can be had ({chosen.note})")
     low, high = problem.lower[: problem.first_move], problem.upper[: problem.first_move]
     lookup = chosen.lookup
-    if isinstance(lookup, TreeLookup):
-        lookup = replace(lookup, lower=low, upper=high)
     feasible = (
         None if always_feasible(problem) else _feasible(problem, choice, max_regions, progress)
     )
@@ -131,10 +128,10 @@ def _feasible(
 ) -> FeasibleSet:
     """From the regions of the program itself: forms may have been made for one without bounds on
     the first move, which allows more."""
-    for form in choice.forms:
-        if form.solution is not None and form.solution.problem is problem:
-            return feasible_set(form.solution)
-    return feasible_set(solve(problem, max_regions, progress))
+    own = choice.own
+    if own is None or own.problem is not problem:
+        own = solve(problem, max_regions, progress)
+    return feasible_set(own)
 
 
 def _reach(design: LookupDesign) -> float:
@@ -198,6 +195,7 @@ def declare_lookup(design: LookupDesign) -> Declaration:
         high=design.reach,
     )
     own = _tree(design, form) if isinstance(form, TreeLookup) else _clips(design, form)
+    found = (move, *own.operations[0].outputs)
     edges = 0 if design.feasible is None else design.feasible.bounds.size
     return replace(
         own,
@@ -213,9 +211,14 @@ def declare_lookup(design: LookupDesign) -> Declaration:
             *own.tables,
         ),
         operations=(
+            Operation("find", "The first move of the optimum for a parameter.", (theta,), found),
+        ),
+        trusting=(
             Operation(
-                "find", "The first move of the optimum for a parameter.", (theta,),
-                (move, *own.operations[0].outputs),
+                "solve",
+                "As find, for a parameter that the caller has bounded: that it is a number and in "
+                "range is not looked at.",
+                (theta,), found, shares="find",
             ),
         ),
         facts={"has_edges": edges > 0, **own.facts},
@@ -242,7 +245,6 @@ def _declared(design: LookupDesign, kind: str, summary: str, **parts: object) ->
 def _tree(design: LookupDesign, form: TreeLookup) -> Declaration:
     tree, laws = form.tree, form.gains.shape[0]
     coordinates = form.gains.shape[2]
-    bounded = bool(np.any(np.isfinite(form.lower)) or np.any(np.isfinite(form.upper)))
     most = 0.5 * design.precision.max
     law = Port("law", "1", "which law gave it; -1 for none", integer=True, low=-1, high=laws - 1)
     mirror = [Dimension("MIRROR", tree.mirror, "coordinate whose sign is taken off")]
@@ -259,7 +261,7 @@ def _tree(design: LookupDesign, form: TreeLookup) -> Declaration:
         Table("gains", form.gains.reshape(-1, coordinates), "of the laws, move by move"),
         Table("constants", form.offsets.ravel(), "of the laws"),
     ]
-    if bounded:
+    if form.bounded:
         tables += [
             Table("low", np.maximum(form.lower, -most), "lower bounds of the moves"),
             Table("high", np.minimum(form.upper, most), "upper bounds"),
@@ -283,7 +285,7 @@ def _tree(design: LookupDesign, form: TreeLookup) -> Declaration:
         ),
         facts={
             "has_image": bool(form.matrix.size), "has_offset": bool(np.any(form.offset)),
-            "mirrored": tree.mirror >= 0, "descends": tree.inner > 0, "bounded": bounded,
+            "mirrored": tree.mirror >= 0, "descends": tree.inner > 0, "bounded": form.bounded,
         },
     )  # fmt: skip
 
@@ -292,7 +294,6 @@ _NOTHING = "workspace, no meaning between calls"
 
 
 def _clips(design: LookupDesign, form: RecursiveClips) -> Declaration:
-    rounds = _bounds_round(design, form)
     bounds = (
         Table("low", design.low, "lower bounds of the moves"),
         Table("high", design.high, "upper bounds"),
@@ -312,7 +313,7 @@ def _clips(design: LookupDesign, form: RecursiveClips) -> Declaration:
             Table("last", form.moves, "the clip that leaves each move", True),
             Table("half", form.half, "half the way between a move's bounds"),
             Table("middle", form.middle, "its middle"),
-            *(bounds if rounds else ()),
+            *(bounds if form.rounds else ()),
         ),
         operations=(Operation("find", "", (), ()),),
         state=(
@@ -320,16 +321,8 @@ def _clips(design: LookupDesign, form: RecursiveClips) -> Declaration:
             StateField("delta", "workspace: what was clipped off", "COORDINATES"),
             StateField("found", "workspace: what each clip left", "CLIPS"),
         ),
-        facts={"has_offset": bool(np.any(form.offset)), "rounds": rounds},
+        facts={"has_offset": bool(np.any(form.offset)), "rounds": form.rounds},
     )
-
-
-def _bounds_round(design: LookupDesign, form: RecursiveClips) -> bool:
-    """Whether a move at its bound, computed from half and middle, may round beyond it."""
-    dtype = design.precision.dtype
-    half, middle = form.half.astype(dtype), form.middle.astype(dtype)
-    low, high = design.low.astype(dtype), design.high.astype(dtype)
-    return bool(np.any(middle + half > high) or np.any(middle - half < low))
 
 
 def _image_tables(form: Lookup) -> tuple[Table, ...]:

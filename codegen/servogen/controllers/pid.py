@@ -83,17 +83,17 @@ class Pid:
         return status
 
     def _speed_loop(self, error: Scalar) -> None:
-        limit = self._c["limit"]
+        low, high = self._c["limit_low"], self._c["limit_high"]
         direct = self._c["velocity_gain"] * error
         integral = self.integral + self._c["integral_gain"] * error
         wanted = direct + integral
-        # beyond the limit only an error of the same sign leads, as the integral stays within it
-        if wanted > limit:
+        # beyond a limit only an error of its sign leads, as the integral stays within both
+        if wanted > high:
             integral = self.integral
-        if wanted < -limit:
+        if wanted < low:
             integral = self.integral
-        self.integral = min(max(integral, -limit), limit)
-        self.wanted = min(max(direct + self.integral, -limit), limit)
+        self.integral = min(max(integral, low), high)
+        self.wanted = min(max(direct + self.integral, low), high)
 
     def _filter(self) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
@@ -106,4 +106,4 @@ class Pid:
             second = c["b2"] * wanted - c["a2"] * output
             self.memory_1 = min(max(first, -c["most_1"]), c["most_1"])
             self.memory_2 = min(max(second, -c["most_2"]), c["most_2"])
-        return Status.OK, {"current": min(max(output, -c["limit"]), c["limit"])}
+        return Status.OK, {"current": min(max(output, c["limit_low"]), c["limit_high"])}

@@ -78,11 +78,12 @@ class PidDesign:
         velocity_gain: current per speed error (mA per deg/s). integral_time_s: of the speed loop.
         notch: or None where there is none.
         sample_time_s: of both outer loops; ``ratio`` runs of the filter in it.
-        current_limit: on what the speed loop asks for and on what leaves the filter.
+        current_low, current_high: on what the speed loop asks for and on what leaves the filter.
         reach, turn: as for ``ServoMpcDesign``.
 
     Raises:
-        DesignError: gains, times and limits that are not positive, or a ratio below one.
+        DesignError: gains and times that are not positive, limits that zero is not between, or a
+            ratio below one.
     """
 
     prefix: str
@@ -93,16 +94,21 @@ class PidDesign:
     notch: Notch | None
     sample_time_s: float
     ratio: int
-    current_limit: float
+    current_low: float
+    current_high: float
     reach: float
     turn: float
 
     def __post_init__(self) -> None:
         for key in ("position_gain_per_s", "velocity_gain", "integral_time_s", "sample_time_s",
-                    "current_limit", "reach"):  # fmt: skip
+                    "reach"):  # fmt: skip
             value = getattr(self, key)
             if not (np.isfinite(value) and value > 0.0):
                 raise DesignError(key, value, "a positive number")
+        low, high = self.current_low, self.current_high
+        if not (np.isfinite([low, high]).all() and low <= 0.0 <= high and low < high):
+            expected = "finite limits with zero between them or at one of them"
+            raise DesignError("current_low", [low, high], expected)
         if self.ratio < 1:
             raise DesignError("ratio", self.ratio, "at least one run of the filter in a sample")
         Wrapping(self.turn, self.reach, self.precision)
@@ -111,11 +117,12 @@ class PidDesign:
 def declare_pid(design: PidDesign) -> Declaration:
     """Names, sizes and ports: ``step`` once a sample, ``filter_step`` RATIO times after it."""
     d = design
-    limit, reach = d.current_limit, d.reach
+    low, high, reach = d.current_low, d.current_high, d.reach
+    limit = max(-low, high)
     position = Port("position", "deg", "measured now", low=-reach, high=reach)
     reference = Port("reference", "deg", "wanted now", low=-reach, high=reach)
-    asked = Port("wanted", "mA", "what the speed loop asks for", low=-limit, high=limit)
-    current = Port("current", "mA", "what the drive is given", low=-limit, high=limit)
+    asked = Port("wanted", "mA", "what the speed loop asks for", low=low, high=high)
+    current = Port("current", "mA", "what the drive is given", low=low, high=high)
     notch = d.notch or Notch(1.0, 0.0, 0.0, 0.0, 0.0)
     # a memory that is never used gets room all the same: a bound of zero is none
     kept = [max(limit * most, limit * 1e-6) for most in notch.most_kept()]
@@ -141,7 +148,8 @@ def declare_pid(design: PidDesign) -> Declaration:
             Constant("integral_gain", d.velocity_gain * d.sample_time_s / d.integral_time_s,
                      "mA per deg/s and sample"),
             Constant("rate", 1.0 / d.sample_time_s, "1/s: samples"),
-            Constant("limit", limit, "mA"),
+            Constant("limit_low", low, "mA"),
+            Constant("limit_high", high, "mA"),
             *turn_constants(d.turn, "deg"),
             *(filters if d.notch else ()),
         ),

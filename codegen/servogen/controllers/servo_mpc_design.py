@@ -86,6 +86,20 @@ class ServoMpcDesign:
         found = self.problem.constraints.change
         return found or Bounds.symmetric(np.full(self.problem.plant.inputs, np.inf))
 
+    @property
+    def parameter_bound(self) -> float:
+        """No step makes an entry of theta larger, whatever comes: the lookup relies on it.
+
+        Inputs are checked, increments and last currents kept within bounds; what is left is how far
+        references lie ahead, and the output's estimate off, twice for all roundings.
+        """
+        plant, found = self.problem.plant, self.filter
+        innovation = 0.5 * self.turn or 4.0 * self.reach
+        gain = float(np.max(np.sum(np.abs(found.on_output - np.eye(plant.outputs)), axis=1)))
+        ahead = 0.5 * self.turn * self.problem.horizons.trajectory or 2.0 * self.reach
+        own = [*found.increment_bound, *np.abs(self.input_bounds.lower), *self.input_bounds.upper]
+        return float(2.0 * max(*own, ahead + gain * innovation))
+
 
 def _ports(design: ServoMpcDesign) -> tuple[tuple[Port, ...], tuple[Port, ...], Port]:
     plant, unit = design.problem.plant, design.output_unit

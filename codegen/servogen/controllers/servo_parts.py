@@ -22,7 +22,7 @@ class ServoParts:
     """The MPC with its lookup, and the PID that it replaces, if there is one.
 
     Raises:
-        DesignError: a lookup that is not this MPC's.
+        DesignError: a lookup that is not this MPC's, or that does not reach as far.
     """
 
     mpc: ServoMpcDesign
@@ -34,6 +34,10 @@ class ServoParts:
         found = (self.lookup.prefix, self.lookup.parameters, self.lookup.precision)
         if fits != found:
             raise DesignError("lookup", str(found), str(fits))
+        bound = self.mpc.parameter_bound  # a step does not have its parameter looked at again
+        if not bound <= self.lookup.reach:
+            expected = f"one for parameters up to {bound:.3g}"
+            raise DesignError("lookup", f"up to {self.lookup.reach:.3g}", expected)
 
     def declarations(self) -> tuple[Declaration, ...]:
         """Those used before those that use them; the MPC is the second."""

@@ -50,7 +50,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class SignalBounds:
-    """Bounds (12) on signals ``rows`` x_p, (p, n), at the samples 1..``steps``.
+    """Bounds (12) on signals ``rows`` x_p, (p, n), at samples 1..``steps`` or ``samples`` alone.
 
     With the plant's own c these are outputs; with rows of an identity, states.
     """
@@ -58,6 +58,7 @@ class SignalBounds:
     rows: FloatArray
     bounds: Bounds
     steps: int
+    samples: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -213,8 +214,10 @@ def _rows(
         on_theta[:, layout.increment] = ahead.on_increment
         on_theta[:, layout.previous] = -ahead.on_change @ start
         on_theta[:, layout.signal] = np.kron(np.ones((signal.steps, 1)), np.eye(seen.outputs))
-        bounds = _repeated(signal.bounds, signal.steps)
-        parts.append(_pairs(ahead.on_change @ difference, on_theta, bounds))
+        taken = signal.samples or range(1, signal.steps + 1)
+        kept = np.add.outer((np.array(taken) - 1) * seen.outputs, np.arange(seen.outputs)).ravel()
+        on_inputs = (ahead.on_change @ difference)[kept]
+        parts.append(_pairs(on_inputs, on_theta[kept], _repeated(signal.bounds, len(taken))))
     if not parts:
         return np.zeros((0, size)), np.zeros(0), np.zeros((0, layout.size))
     g, w, s = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -260,3 +263,5 @@ def _check_shapes(
         raise DesignError("signal", f"rows of shape {signal.rows.shape}", f"shape {shape}")
     if not 1 <= signal.steps <= horizons.prediction:
         raise DesignError("steps", signal.steps, f"from 1 to {horizons.prediction}")
+    if any(not 1 <= sample <= signal.steps for sample in signal.samples):
+        raise DesignError("samples", list(signal.samples), f"each from 1 to {signal.steps}")

@@ -137,7 +137,19 @@ def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:
         finite = "" if port.integer else " && (SG_EVA_INPUTS == 2 || \\is_finite(in->{}))"
         return _each(port, lambda e: f"/*@ assert \\initialized(&in->{e}){finite.format(e)}; */ ;")
 
-    return {"drawn": drawn, "claimed": claimed, "promised": promised, "needed": needed}
+    def bounded(port: Port) -> str:
+        """An input that the caller has bounded, as the driver gives it."""
+        low, high = ends(port)
+        return _each(port, lambda e: f"in.{e} = sg_within({low}, {high});")
+
+    def owed(port: Port) -> str:
+        """The same in a contract: the caller's proof has to show it."""
+        low, high = (exact(end) for end in ends(port))
+        claim = "\\initialized(&in->{0}) && \\is_finite(in->{0}) && {1} <= in->{0} <= {2}"
+        return _each(port, lambda e: f"/*@ assert {claim.format(e, low, high)}; */ ;")
+
+    return {"drawn": drawn, "claimed": claimed, "promised": promised, "needed": needed,
+            "bounded": bounded, "owed": owed}  # fmt: skip
 
 
 def _each(port: Port, statement: Callable[[str], str]) -> str:

@@ -28,7 +28,7 @@ def head_of(declaration: Declaration, counts: PackageCount) -> Head:
     """
     p = declaration.prefix
     rows: list[tuple[str, ...]] = [("worst case of one call", *COLUMNS)]
-    for name in ("init", *(op.name for op in declaration.operations)):
+    for name in ("init", *(op.name for op in declaration.entries)):
         rows += _rows(f"{p}_{name}", counts.entry_points[f"{p}_{name}"])
     own = (f"{p}.c", f"{p}_tables.c")
     size = sum(b for file, b in counts.source_table_bytes.items() if file in own)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from servogen.evidence.finding import Origin, kept
+from servogen.errors import InputError
+from servogen.evidence.finding import FOLDER, Origin, kept
 
 SCHEMA = "servogen.certificate/1"
 FILE = "certificate.json"
@@ -153,12 +154,13 @@ def entry_of(wanted: Wanted, out: Path, digests: Mapping[str, str], origin: Orig
     """The entry that the finding kept in ``out`` supports, for the C with these digests.
 
     A finding about other C, about one precision less than wanted, or from another input, is no
-    evidence: the check was not run.
-
-    Raises:
-        InputError: the finding's file is not one.
+    evidence, nor is a file that is none: the check was not run.
     """
-    found = kept(out, wanted.name)
+    try:
+        found = kept(out, wanted.name)
+    except InputError as error:
+        told = f"{FOLDER}/{wanted.name}.json cannot be read, expected {error.expected}"
+        return Entry(wanted.name, wanted.title, NOT_RUN, told, wanted.command)
     why = "" if found is None else _no_evidence(found, wanted, digests, origin)
     if found is None or why:
         return Entry(wanted.name, wanted.title, NOT_RUN, why, wanted.command)

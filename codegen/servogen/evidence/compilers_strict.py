@@ -65,7 +65,7 @@ def _caller(package: CPackage) -> str:
     lines.append("int main()\n{")
     for d in package.declarations:
         lines.append(f"    static {d.prefix}_t {d.prefix};\n    {d.prefix}_init(&{d.prefix});")
-        for op in d.operations:
+        for op in d.entries:
             name, arguments = f"{d.prefix}_{op.name}", [f"&{d.prefix}"]
             for ports, end in ((op.inputs, "in"), (op.outputs, "out")):
                 if ports:

@@ -11,7 +11,7 @@ from typing import Any
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.counts_run import EntryRuns, Offence, Runs, count_runs, entry_names
 from servogen.evidence.finding import Finding
-from servogen.evidence.preemption import SAFE, examine_preemption
+from servogen.evidence.preemption import examine_preemption, shared_lines
 from servogen.evidence.tools import version_of
 from servogen.progress import Progress
 from servogen.sil.player import Play
@@ -46,11 +46,7 @@ def run(bench: Bench, progress: Progress) -> Finding:
         faults=tuple(faults),
         details=(
             *(line for name, found in figures.items() for line in _lines(name, found)),
-            *(
-                f"shared by plan and fast_step, {member}: {why}"
-                for member, why in SAFE.items()
-                if any(preemption.values())
-            ),
+            *dict.fromkeys(line for own in preemption.values() for line in shared_lines(own)),
         ),
     )
 

@@ -62,11 +62,13 @@ def reviewed(path: Path = LIST) -> tuple[Entry, ...]:
     except (OSError, tomllib.TOMLDecodeError) as error:
         raise InputError(path, "file", None, f"a readable TOML file ({error})") from error
     entries = [e for i, table in enumerate(data.get("branch", [])) for e in _read(path, i, table)]
-    seen: set[Branch] = set()
+    seen: dict[Branch, set[str]] = {}
     for entry in entries:
-        if entry.branch in seen:
-            raise InputError(path, str(entry.branch), None, "every branch once")
-        seen.add(entry.branch)
+        before, kinds = seen.get(entry.branch), set(entry.only_with)
+        if before is not None and (not before or not kinds or before & kinds):
+            expected = "every branch once, or once for each kind of controller"
+            raise InputError(path, str(entry.branch), None, expected)
+        seen[entry.branch] = kinds | (before or set())
     return tuple(entries)
 
 

@@ -14,6 +14,11 @@ from servogen.outputs import write_file
 
 SCHEMA = "servogen.evidence/1"
 FOLDER = "evidence"
+# What of a finding is a table, and what a list.
+_SHAPE: dict[type, tuple[str, ...]] = {
+    dict: ("tools", "subjects", "figures"),
+    list: ("faults", "details", "not_run"),
+}
 
 
 @dataclass(frozen=True)
@@ -108,8 +113,12 @@ def kept(out: Path, check: str) -> dict[str, Any] | None:
         return None
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(path, "file", None, f"JSON of the form {SCHEMA} ({error})") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA or data.get("check") != check:
         raise InputError(path, "schema", None, f"{SCHEMA} of the check {check}")
+    for kind, keys in _SHAPE.items():
+        for key in keys:
+            if not isinstance(data.get(key), kind | None):
+                raise InputError(path, key, None, f"a finding of the form {SCHEMA}")
     return data

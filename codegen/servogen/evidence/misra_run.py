@@ -206,7 +206,7 @@ def _caller(package: CPackage) -> str:
     lines = [f'#include "{d.prefix}.h"' for d in package.declarations]
     for d in package.declarations:
         prototypes = [f"void {d.prefix}_init({d.prefix}_t *self)"]
-        prototypes += [signature(d, operation) for operation in d.operations]
+        prototypes += [signature(d, operation) for operation in d.entries]
         for text in prototypes:
             head, _, arguments = text.removesuffix(")").partition("(")
             kind, _, name = head.partition(" ")

@@ -102,9 +102,9 @@ def _broken(code: int, log: str, rows: list[dict[str, str]]) -> list[str]:
 def _unreached(log: str, counted: list[tuple[str, int, int]], d: Declaration) -> list[str]:
     """Entry points that were not analysed, calls of the driver from which nothing comes back."""
     shares = {name: (a, b) for name, a, b in counted}
-    wanted = [f"{d.prefix}_init", *(f"{d.prefix}_{op.name}" for op in d.operations)]
+    wanted = [f"{d.prefix}_init", *(f"{d.prefix}_{op.name}" for op in d.entries)]
     faults = [f"{name} is not analysed" for name in wanted if shares.get(name, (0, 0))[0] == 0]
-    for name in ("main", *(f"try_{op.name}" for op in d.operations)):
+    for name in ("main", *(f"try_{op.name}" for op in d.entries)):
         reached, whole = shares.get(name, (0, 1))
         if reached < whole:
             faults.append(f"the driver's {name} is not followed to its end")

@@ -9,27 +9,37 @@ import numpy as np
 from servogen.explicit.clips import RecursiveClips, recursive_clips, without_first_bounds
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
-from servogen.explicit.grow import grow_tree, is_odd, least_depth
+from servogen.explicit.grow import MAX_NODES, Growth, is_odd, least_depth
 from servogen.explicit.lookup import Count, TreeLookup, count_clips, tree_lookup
+from servogen.explicit.pieces import Arrangement, arrange
 from servogen.explicit.solution import ExplicitSolution
+from servogen.explicit.tolerances import SAME_PLANE
 from servogen.explicit.tree import Tree
+from servogen.explicit.turned import turned
+from servogen.plants.statespace import FloatArray
 from servogen.progress import Progress
 from servogen.qp.parametric import ParametricQP
 
 Lookup = TreeLookup | RecursiveClips
-# A greedy tree that costs this much more than the best form may still win when grown with care:
-# that took a level off trees of seven to eleven here, a tenth of the work at most.
+# A greedy tree that costs this much more than the best form may still win when its depth is
+# searched for: that took one to three levels off trees of five to fourteen here.
 CLOSE = 1.1
-# A law tree with more regions than this is not grown beside a clip tree, which has a third of them:
-# in every program tried its depth was greater, and growing takes minutes.
+# A law tree with more regions than this is not grown beside a clip tree: in every program tried its
+# depth was no less, and growing takes seconds.
 MANY_REGIONS = 100
+# Directions that an odd program is mirrored in, those whose half holds the fewest regions; others
+# gave no smaller trees.
+MIRRORS = 2
+# A tree with more leaves is not grown once more for half of the parameters: that takes seconds, and
+# is less work only where it takes two levels off.
+MANY_LEAVES = 2000
 
 
 @dataclass(frozen=True)
 class Form:
     """One form: what it costs, or why it was left out (``lookup`` and ``count`` None then).
 
-    ``solution`` is what its tree was grown for, ``tree`` that tree in the coordinates of the
+    ``solution`` is what its tree is for, ``tree`` that tree in the coordinates of the
     solution, which the lookup's may not be; both None for the recursive form.
     """
 
@@ -43,11 +53,37 @@ class Form:
 
 @dataclass(frozen=True)
 class Choice:
-    """The form chosen, all forms in the order looked at, and the reason in a sentence."""
+    """The form chosen, all forms in the order looked at, and the reason in a sentence.
+
+    ``own``: the program's own regions where they were computed, used by a form or not.
+    """
 
     chosen: Form
     forms: tuple[Form, ...]
     reason: str
+    own: ExplicitSolution | None = None
+
+
+@dataclass(frozen=True)
+class _Growing:
+    """A tree that may still get smaller; ``clip``: bounds that its program does not have."""
+
+    name: str
+    arrangement: Arrangement
+    growth: Growth
+    clip: tuple[float, float] | None
+
+    def work(self, depth: int | None = None) -> int:
+        """Operations of its lookup, or of one that is so deep."""
+        at = self.growth.depth if depth is None else depth
+        return _work(self.arrangement.solution, self.growth.mirror, self.clip, at)
+
+    def form(self) -> Form:
+        """As it stands."""
+        tree, solution = self.growth.tree(), self.arrangement.solution
+        lookup = tree_lookup(solution, tree, self.clip)
+        note = f"{len(solution.regions)} regions, {tree.nodes} nodes, depth {tree.depth}"
+        return Form(self.name, lookup, lookup.count, note, solution, tree)
 
 
 def choose(
@@ -55,31 +91,51 @@ def choose(
     max_regions: int,
     work: int = 2_000,
     progress: Progress | None = None,
+    max_nodes: int = MAX_NODES,
 ) -> Choice:
     """Builds every form that the program admits and that may win, and takes the cheapest.
 
     Cheapest: fewest multiply-adds, additions and comparisons together in the worst case; of equals
-    the one with fewer table numbers. A tree is not grown where even the least depth that tells so
-    many laws apart costs more than a form already found; the others are grown greedily, and those
-    that come close to the best once more with all the work allowed.
+    the one with fewer table numbers. Sign changes are told and not compared: on the bundled targets
+    a mirrored tree of three levels takes fewer cycles than the one of four levels that it halves. A
+    tree is not grown where even the least depth that tells so many laws apart costs more than a
+    form already found; the others are grown greedily, and the depth of those that come close to the
+    best is searched, the cheapest first, each with half of the work that is left. The rest goes
+    into fewer nodes of the best.
 
     Args:
-        max_regions, work: see ``solve`` and ``grow_tree``.
+        max_regions, work, max_nodes: see ``solve`` and ``grow_tree``.
 
     Raises:
-        ExplicitError: no form can be had; as ``solve``.
+        ExplicitError: no form can be had; as ``solve`` and ``grow_tree``.
     """
-    forms = [_recursive(problem)]
-    forms += _trees("clip tree", problem, max_regions, progress, forms)
-    forms += _trees("law tree", problem, max_regions, progress, forms)
-    least = min((form.count.work for form in forms if form.count), default=0)
-    forms = [_regrown(form, CLOSE * least, work, progress) for form in forms]
+    found: list[Form | _Growing] = [_recursive(problem)]
+    clip_solution = _solved_without_bounds(problem, max_regions, progress, found)
+    too_large: list[ExplicitError] = []
+    if clip_solution is not None:
+        found += _trees("clip tree", *clip_solution, progress, found, max_nodes, too_large)
+    if too_large and not any(isinstance(each, _Growing) or each.count for each in found):
+        raise too_large[0]  # a law tree tells more regions apart
+    own = _solved(problem, max_regions, progress, found)
+    if own is not None:
+        others = [each for each in found if isinstance(each, _Growing)]
+        many = others and others[0].growth.leaves > MANY_LEAVES
+        if others and (many or len(own.regions) > MANY_REGIONS):
+            clipped = len(others[0].arrangement.solution.regions)
+            note = f"not grown: {len(own.regions)} regions, against {clipped} of the clip tree"
+            found.append(Form("law tree", None, None, note))
+        else:
+            found += _trees("law tree", own, None, progress, found, max_nodes, too_large)
+    _search(found, work)
+    forms = tuple(each.form() if isinstance(each, _Growing) else each for each in found)
     able = [form for form in forms if form.count is not None]
+    if not able and too_large:
+        raise too_large[0]
     if not able:
         notes = "; ".join(f"{form.name}: {form.note}" for form in forms)
         raise ExplicitError("lookup", None, f"a form that can be had ({notes})")
     best = min(able, key=lambda form: (form.count.work, form.count.numbers) if form.count else ())
-    return Choice(best, tuple(forms), _reason(best, able))
+    return Choice(best, forms, _reason(best, able), own)
 
 
 def _recursive(problem: ParametricQP) -> Form:
@@ -90,83 +146,128 @@ def _recursive(problem: ParametricQP) -> Form:
     return Form("recursive clips", clips, count_clips(clips), f"{clips.index.size} clips")
 
 
-def _trees(
-    name: str,
+def _solved_without_bounds(
     problem: ParametricQP,
     max_regions: int,
     progress: Progress | None,
-    so_far: list[Form],
-) -> list[Form]:
-    clip: tuple[float, float] | None = None
-    program = problem
+    found: list[Form | _Growing],
+) -> tuple[ExplicitSolution, tuple[float, float]] | None:
     try:
-        if name == "clip tree":
-            program, clip = without_first_bounds(problem)
-        solution = solve(program, max_regions, progress)
+        program, clip = without_first_bounds(problem)
+        return solve(program, max_regions, progress), clip
     except ExplicitError as error:
-        if name == "law tree" and not any(form.count for form in so_far):
+        if error.key == "number of regions" and problem.rows.shape[0]:
+            raise  # with the bounds there are more
+        found.append(Form("clip tree", None, None, str(error)))
+    return None
+
+
+def _solved(
+    problem: ParametricQP,
+    max_regions: int,
+    progress: Progress | None,
+    found: list[Form | _Growing],
+) -> ExplicitSolution | None:
+    try:
+        return solve(problem, max_regions, progress)
+    except ExplicitError as error:
+        if not any(isinstance(each, _Growing) or each.count for each in found):
             raise
-        return [Form(name, None, None, str(error))]
-    others = [form for form in so_far if form.solution is not None]
-    if others and len(solution.regions) > MANY_REGIONS:
-        note = f"{len(solution.regions)} regions, against {_regions(others[0])}"
-        return [Form(name, None, None, f"not grown: {note} of the clip tree")]
-    mirrors = [-1, *range(solution.image.size)] if is_odd(solution) else [-1]
-    found: list[Form] = []
-    least = min([form.count.work for form in so_far if form.count] or [10**9])
-    for mirror in mirrors:
-        title = name if mirror < 0 else f"{name}, odd in eta_{mirror}"
-        bound = _least_work(solution, mirror, clip)
+        found.append(Form("law tree", None, None, str(error)))
+    return None
+
+
+def _trees(
+    name: str,
+    solution: ExplicitSolution,
+    clip: tuple[float, float] | None,
+    progress: Progress | None,
+    so_far: list[Form | _Growing],
+    max_nodes: int,
+    too_large: list[ExplicitError],
+) -> list[Form | _Growing]:
+    """Greedy trees of a solution, for all parameters and for halves of them; why the one for all is
+    not to be had goes to ``too_large``."""
+    found: list[Form | _Growing] = []
+    arrangement = arrange(solution)
+    whole: Growth | None = None
+    for title, across in [("", None), *_mirrors(arrangement)]:
+        mirror = -1
+        if across is not None:
+            solution, mirror = turned(arrangement.solution, across)
+        title = f"{name}{title}"
+        least = _least([*so_far, *found])
+        depth = least_depth((solution.laws.count + 1) // 2 if mirror >= 0 else solution.laws.count)
+        if mirror >= 0 and whole is not None:
+            if whole.leaves > MANY_LEAVES:
+                note = f"not grown: the tree for all parameters has {whole.leaves} leaves"
+                found.append(Form(title, None, None, note, solution))
+                continue
+            depth = max(depth, whole.depth - 2)
+        bound = _work(solution, mirror, clip, depth)
         if bound > least:
-            note = f"no tree for {solution.laws.count} laws costs less than {bound}"
-            found.append(Form(title, None, None, note))
+            note = f"not grown: one of depth {depth} costs {bound}, and none less deep is likely"
+            found.append(Form(title, None, None, note, solution))
             continue
-        found.append(_grown(title, solution, 0, mirror, clip, progress))
-        count = found[-1].count
-        least = min(least, count.work if count else least)
+        try:
+            own = arrangement if mirror < 0 else arrange(solution)
+            growth = Growth(own, mirror, progress, max_nodes)
+        except ExplicitError as error:
+            found.append(Form(title, None, None, str(error), solution))
+            if mirror < 0:
+                too_large.append(error)  # half a tree may still be had
+            continue
+        whole = growth if mirror < 0 else whole
+        found.append(_Growing(title, own, growth, clip))
     return found
 
 
-def _regions(form: Form) -> int:
-    return len(form.solution.regions) if form.solution else 0
+def _mirrors(arrangement: Arrangement) -> list[tuple[str, FloatArray]]:
+    """Directions to mirror an odd program in: coordinates, and across facets of its regions."""
+    if not is_odd(arrangement.solution):
+        return []
+    size = arrangement.solution.image.size
+    told = [(f", odd in eta_{i}", row) for i, row in enumerate(np.eye(size))]
+    known = [row for _, row in told]
+    for i, plane in enumerate(arrangement.planes):
+        direction = plane[:size] / np.linalg.norm(plane[:size])
+        if min(np.max(np.abs(direction - row)) for row in known) > SAME_PLANE:
+            known.append(direction)
+            told.append((f", odd across hyperplane {i}", direction))
+    sizes = [arrangement.in_half(row) for _, row in told]
+    best = sorted(range(len(told)), key=lambda i: sizes[i])
+    return [told[i] for i in best if sizes[i] == sizes[best[0]]][:MIRRORS]
 
 
-def _grown(
-    name: str,
-    solution: ExplicitSolution,
-    work: int,
-    mirror: int,
-    clip: tuple[float, float] | None,
-    progress: Progress | None,
-) -> Form:
-    tree = grow_tree(solution, work, mirror, progress)
-    lookup = tree_lookup(solution, tree, clip)
-    note = f"{len(solution.regions)} regions, {tree.nodes} nodes, depth {tree.depth}"
-    return Form(name, lookup, lookup.count, note, solution, tree)
+def _search(found: list[Form | _Growing], work: int) -> None:
+    """Spends work on the depth of the trees that may win, then on the nodes of the best."""
+    growing = [each for each in found if isinstance(each, _Growing)]
+    limit = CLOSE * _least(found)
+    for each in sorted(growing, key=lambda each: each.work()):
+        if each.work() <= limit and each.work(each.growth.least) <= _least(found):
+            work -= each.growth.lower(work // 2)
+    best = [each for each in growing if each.work() == _least(found)]
+    for each in sorted(best, key=lambda each: each.growth.leaves)[:1]:
+        each.growth.thin_out(work)
 
 
-def _regrown(form: Form, limit: float, work: int, progress: Progress | None) -> Form:
-    """A tree that came close, grown with all the work; the others as they are."""
-    lookup = form.lookup
-    if not isinstance(lookup, TreeLookup) or form.solution is None or form.count is None:
-        return form
-    if form.count.work > limit:
-        return form
-    clip = (float(lookup.lower[0]), float(lookup.upper[0]))
-    bounds = None if np.all(np.isinf(clip)) else clip
-    return _grown(form.name, form.solution, work, lookup.tree.mirror, bounds, progress)
+def _least(found: list[Form | _Growing]) -> int:
+    """Work of the cheapest so far."""
+    works = [each.work() for each in found if isinstance(each, _Growing)]
+    works += [each.count.work for each in found if isinstance(each, Form) and each.count]
+    return min(works, default=10**9)
 
 
-def _least_work(solution: ExplicitSolution, mirror: int, clip: tuple[float, float] | None) -> int:
-    """What the shallowest tree that could tell the laws apart would cost, were there one."""
+def _work(
+    solution: ExplicitSolution, mirror: int, clip: tuple[float, float] | None, depth: int
+) -> int:
+    """Operations of a tree of some depth; the same as ``TreeLookup.count`` of a grown one."""
     r, p = solution.image.matrix.shape
-    laws, nu = solution.laws.count, solution.problem.first_move
-    if mirror >= 0:
-        laws = (laws + 1) // 2  # at most one law is its own opposite
-    depth = least_depth(laws)
-    clips = 0 if clip is None else int(np.sum(np.isfinite(clip)))
-    rest = clips + int(mirror >= 0) + depth
-    within = r * p + (depth + nu) * r
+    nu, problem = solution.problem.first_move, solution.problem
+    bounds = [*problem.lower[:nu], *problem.upper[:nu], *(clip or ())]
+    clips = 2 * nu if np.any(np.isfinite(bounds)) else 0
+    rest = clips + int(mirror >= 0) + depth + nu
+    within = r * p + (depth + nu) * r + (r if np.any(solution.image.offset) else 0)
     return rest + int(within if mirror >= 0 else min(within, (depth + nu) * p))
 
 
@@ -176,6 +277,8 @@ def _reason(best: Form, able: list[Form]) -> str:
         f"{best.name} ({best.note}): {best.count.multiply_adds} multiply-adds, "
         f"{best.count.additions} additions, {best.count.comparisons} comparisons"
     )
+    if best.count.sign_changes:
+        text = f"{text}, {best.count.sign_changes} sign changes"
     others = [form for form in able if form is not best and form.count is not None]
     if not others:
         return f"{text}; no other form can be had or could be cheaper"

@@ -63,6 +63,7 @@ class RecursiveClips:
         coefficients: (steps, n), zero for variables that are free in that step.
         index: (steps,) int32; moves: (nu,) int32.
         half, middle: (nu,) of the first moves.
+        lower, upper: (nu,) their bounds, which half and middle may round beyond.
     """
 
     matrix: FloatArray
@@ -72,6 +73,18 @@ class RecursiveClips:
     moves: IndexArray
     half: FloatArray
     middle: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+
+    @property
+    def rounds(self) -> bool:
+        """Whether a move at its bound, computed in float64 or float32, may round beyond it."""
+        return any(self._rounds(dtype) for dtype in (np.float64, np.float32))
+
+    def _rounds(self, dtype: npt.DTypeLike) -> bool:
+        half, middle = self.half.astype(dtype), self.middle.astype(dtype)
+        above = np.any(middle + half > self.upper.astype(dtype))
+        return bool(above or np.any(middle - half < self.lower.astype(dtype)))
 
 
 def recursive_clips(problem: ParametricQP) -> RecursiveClips:
@@ -124,6 +137,8 @@ def recursive_clips(problem: ParametricQP) -> RecursiveClips:
         np.array(moves, dtype=np.int32),
         read_only(half[:nu]),
         read_only(middle[:nu]),
+        read_only(problem.lower[:nu]),
+        read_only(problem.upper[:nu]),
     )
 
 

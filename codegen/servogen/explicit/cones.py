@@ -8,22 +8,36 @@ for each ray the planes that it lies on.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from servogen.explicit.small_lp import BoolArray, IntArray
 from servogen.explicit.tolerances import TOUCHES_CONE
 from servogen.plants.statespace import FloatArray
 
+Words = npt.NDArray[np.uint64]
+_BITS = 64
+_ONE = np.uint64(1)
+# Cones that are cut together, and pairs of rays that are looked at together, for the memory's sake.
+_BATCH = 64
+_PAIRS = 20_000
+
 
 @dataclass(frozen=True)
 class Cone:
-    """``rays`` (g, n) of unit length, ``lines`` (l, n), ``tight`` (g, cuts): on which planes."""
+    """``rays`` (g, n) of unit length, ``lines`` (l, n).
+
+    ``tight`` (g, words): on which of the ``cuts`` planes that were cut in each ray lies, a bit for
+    each plane.
+    """
 
     rays: FloatArray
     lines: FloatArray
-    tight: BoolArray
+    tight: Words
+    cuts: int
 
 
 def homogeneous(h: FloatArray, k: FloatArray) -> FloatArray:
@@ -36,73 +50,162 @@ def homogeneous(h: FloatArray, k: FloatArray) -> FloatArray:
 def cone_of(h: FloatArray, k: FloatArray) -> Cone:
     """The cone over {x : h x <= k}."""
     n = h.shape[1] + 1
-    cone = Cone(np.zeros((0, n)), np.eye(n), np.zeros((0, 0), dtype=bool))
+    cone = Cone(np.zeros((0, n)), np.eye(n), np.zeros((0, 1), dtype=np.uint64), 0)
     cone = cut(cone, -np.eye(n)[-1])
     for normal in homogeneous(h, k):
         cone = cut(cone, normal)
     return cone
 
 
-def sides(cone: Cone, normals: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """(planes,) each: whether points lie strictly below and strictly above each plane."""
-    heights = cone.rays @ normals.T
-    below = np.any(heights < -TOUCHES_CONE, axis=0)
-    above = np.any(heights > TOUCHES_CONE, axis=0)
-    crossed = np.any(np.abs(cone.lines @ normals.T) > TOUCHES_CONE, axis=0)
-    return below | crossed, above | crossed
+def sides(cones: Sequence[Cone], normals: FloatArray) -> BoolArray:
+    """(cones, 2, planes): whether points lie strictly below, strictly above each plane."""
+    heights = np.concatenate([cone.rays for cone in cones]) @ normals.T
+    extremes = np.zeros((2, len(cones), len(normals)))
+    end = 0
+    for i, cone in enumerate(cones):  # faster than reduceat along this axis
+        start, end = end, end + len(cone.rays)
+        if end > start:
+            np.minimum.reduce(heights[start:end], axis=0, out=extremes[0, i])
+            np.maximum.reduce(heights[start:end], axis=0, out=extremes[1, i])
+    found = np.stack([extremes[0] < -TOUCHES_CONE, extremes[1] > TOUCHES_CONE], axis=1)
+    for i, cone in enumerate(cones):
+        if len(cone.lines):
+            found[i] |= np.any(np.abs(cone.lines @ normals.T) > TOUCHES_CONE, axis=0)
+    return found
 
 
 def cut(cone: Cone, normal: FloatArray) -> Cone:
     """The part of ``cone`` where normal . x <= 0."""
-    along = cone.lines @ normal
-    if along.size and float(np.max(np.abs(along))) > TOUCHES_CONE:
-        return _cut_line(cone, normal, along)
-    heights = cone.rays @ normal
+    return halves([cone], normal)[0][0]
+
+
+def halves(cones: Sequence[Cone], normal: FloatArray) -> list[tuple[Cone, Cone]]:
+    """The parts of each cone where normal . x <= 0 and where normal . x >= 0."""
+    found: list[tuple[Cone, Cone] | None] = []
+    for cone in cones:
+        along = cone.lines @ normal
+        crossed = along.size and float(np.max(np.abs(along))) > TOUCHES_CONE
+        found.append(_across_line(cone, normal, along) if crossed else None)
+    left = [i for i, pair in enumerate(found) if pair is None]
+    for start in range(0, len(left), _BATCH):
+        some = left[start : start + _BATCH]
+        for i, pair in zip(some, _halves([cones[i] for i in some], normal), strict=True):
+            found[i] = pair
+    return [pair for pair in found if pair is not None]
+
+
+def _halves(cones: Sequence[Cone], normal: FloatArray) -> list[tuple[Cone, Cone]]:
+    """The same of cones without lines across the plane, all at once."""
+    stack = _stacked(cones)
+    heights = stack.rays @ normal
     above, below = heights > TOUCHES_CONE, heights < -TOUCHES_CONE
-    on_plane = ~above & ~below
-    kept = ~above
-    tight = np.column_stack([cone.tight, on_plane])[kept]
-    if not np.any(above):
-        return Cone(cone.rays, cone.lines, tight)
-    rays, planes = _new_rays(cone, heights, np.flatnonzero(above), np.flatnonzero(below))
-    return Cone(np.vstack([cone.rays[kept], rays]), cone.lines, np.vstack([tight, planes]))
+    first, second, shared = _edges(stack, above, below)
+    rays = heights[first, None] * stack.rays[second] - heights[second, None] * stack.rays[first]
+    rays = np.concatenate([stack.rays, _unit(rays)])
+    tight = np.concatenate([stack.tight, shared])
+    owner = np.concatenate([stack.owner, stack.owner[first]])
+    fresh = np.ones(first.size, dtype=bool)
+    on_plane = np.flatnonzero(np.concatenate([~(above | below), fresh]))
+    cuts = stack.cuts[owner[on_plane]]
+    tight[on_plane, cuts // _BITS] |= _ONE << (cuts % _BITS).astype(np.uint64)
+    parts = []
+    for kept in (~above, ~below):
+        chosen = np.flatnonzero(np.concatenate([kept, fresh]))
+        chosen = chosen[np.argsort(owner[chosen], kind="stable")]
+        ends = np.cumsum(np.bincount(owner[chosen], minlength=len(cones))).tolist()
+        own_rays, own_tight = rays[chosen], tight[chosen]
+        parts.append(
+            [
+                Cone(own_rays[start:end], cone.lines, own_tight[start:end], cone.cuts + 1)
+                for cone, start, end in zip(cones, [0, *ends[:-1]], ends, strict=True)
+            ]
+        )
+    return list(zip(*parts, strict=True))
 
 
-def _cut_line(cone: Cone, normal: FloatArray, along: FloatArray) -> Cone:
+@dataclass(frozen=True)
+class _Stack:
+    """Cones one below the other: ``rays``, ``tight`` and ``owner`` of all rays; of each cone its
+    ``cuts``, where its rays start, how many they are, on how many planes an edge lies at least."""
+
+    rays: FloatArray
+    tight: Words
+    owner: IntArray
+    cuts: IntArray
+    start: IntArray
+    count: IntArray
+    least: IntArray
+
+
+def _stacked(cones: Sequence[Cone]) -> _Stack:
+    words = max(max(c.cuts // _BITS + 1, c.tight.shape[1]) for c in cones)  # one is to come
+    count = np.array([len(cone.rays) for cone in cones])
+    tight = np.zeros((int(np.sum(count)), words), dtype=np.uint64)
+    end = 0
+    for cone in cones:
+        end += len(cone.rays)
+        tight[end - len(cone.rays) : end, : cone.tight.shape[1]] = cone.tight
+    return _Stack(
+        np.concatenate([cone.rays for cone in cones]),
+        tight,
+        np.repeat(np.arange(len(cones)), count),
+        np.array([cone.cuts for cone in cones]),
+        np.cumsum(count) - count,
+        count,
+        np.array([cone.rays.shape[1] - cone.lines.shape[0] - 2 for cone in cones]),
+    )
+
+
+def _edges(stack: _Stack, above: BoolArray, below: BoolArray) -> tuple[IntArray, IntArray, Words]:
+    """Pairs of a ray above and one below that span an edge of their cone, and the planes that both
+    lie on: no third ray lies on all of them."""
+    ups, downs = np.flatnonzero(above), np.flatnonzero(below)
+    under = np.bincount(stack.owner[downs], minlength=stack.count.size)
+    first, place = _each_with(ups, under[stack.owner[ups]])
+    second = downs[(np.cumsum(under) - under)[stack.owner[first]] + place]
+    shared = stack.tight[first] & stack.tight[second]
+    enough = np.bitwise_count(shared).sum(axis=1) >= stack.least[stack.owner[first]]
+    first, second, shared = first[enough], second[enough], shared[enough]
+    edge = np.zeros(first.size, dtype=bool)
+    for begin in range(0, first.size, _PAIRS):
+        some = slice(begin, begin + _PAIRS)
+        own = stack.owner[first[some]]
+        pair, place = _each_with(np.arange(own.size), stack.count[own])
+        ray = stack.start[own][pair] + place
+        missing = np.any(shared[some][pair] & ~stack.tight[ray], axis=1)
+        edge[some] = np.bincount(pair[~missing], minlength=own.size) == 2
+    return first[edge], second[edge], shared[edge]
+
+
+def _each_with(items: IntArray, counts: IntArray) -> tuple[IntArray, IntArray]:
+    """Every item as often as its count says, and the numbers from zero beside it."""
+    ends = np.cumsum(counts)
+    repeated = np.repeat(items, counts)
+    return repeated, np.arange(repeated.size) - np.repeat(ends - counts, counts)
+
+
+def _across_line(cone: Cone, normal: FloatArray, along: FloatArray) -> tuple[Cone, Cone]:
     """A line that crosses the plane becomes a ray; everything else slides along it onto it."""
     j = int(np.argmax(np.abs(along)))
     line, slope = cone.lines[j], along[j]
     others = np.delete(cone.lines, j, axis=0)
-    lines = others - np.outer(np.delete(along, j) / slope, line)
-    rays = cone.rays - np.outer(cone.rays @ normal / slope, line)
-    count = cone.tight.shape[1]
-    tight = np.column_stack([cone.tight, np.ones(len(rays), dtype=bool)])
-    fresh = np.append(np.ones(count, dtype=bool), False)
-    return Cone(_unit(np.vstack([rays, -np.sign(slope) * line])), _unit(lines),
-                np.vstack([tight, fresh]))  # fmt: skip
-
-
-def _new_rays(
-    cone: Cone, heights: FloatArray, above: IntArray, below: IntArray
-) -> tuple[FloatArray, BoolArray]:
-    """Where the edges between rays above and below meet the plane.
-
-    Two rays span an edge if no third one lies on all planes that they share.
-    """
-    first = np.repeat(above, below.size)
-    second = np.tile(below, above.size)
-    shared = cone.tight[first] & cone.tight[second]
-    # an edge lies on so many planes at least
-    enough = np.sum(shared, axis=1) >= cone.rays.shape[1] - cone.lines.shape[0] - 2
-    first, second, shared = first[enough], second[enough], shared[enough]
-    missing = shared.astype(np.float32) @ (~cone.tight).T.astype(np.float32)
-    edge = np.sum(missing == 0.0, axis=1) == 2
-    first, second, shared = first[edge], second[edge], shared[edge]
-    rays = heights[first, None] * cone.rays[second] - heights[second, None] * cone.rays[first]
-    return _unit(rays), np.column_stack([shared, np.ones(len(rays), dtype=bool)])
+    lines = _unit(others - np.outer(np.delete(along, j) / slope, line))
+    slid = cone.rays - np.outer(cone.rays @ normal / slope, line)
+    word, bit = divmod(cone.cuts, _BITS)
+    words = max(word + 1, cone.tight.shape[1])
+    tight = np.zeros((len(slid) + 1, words), dtype=np.uint64)
+    tight[:-1, : cone.tight.shape[1]] = cone.tight
+    tight[:-1, word] |= _ONE << np.uint64(bit)
+    for plane in range(cone.cuts):  # the line lies on all of them
+        tight[-1, plane // _BITS] |= _ONE << np.uint64(plane % _BITS)
+    parts = []
+    for sign in (-np.sign(slope), np.sign(slope)):
+        parts.append(Cone(_unit(np.vstack([slid, sign * line])), lines, tight, cone.cuts + 1))
+    return parts[0], parts[1]
 
 
 def _unit(rows: FloatArray) -> FloatArray:
-    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    unit: FloatArray = rows / lengths if rows.size else rows
+    if not rows.size:
+        return rows
+    unit: FloatArray = rows / np.sqrt(np.einsum("ij,ij->i", rows, rows))[:, None]
     return unit

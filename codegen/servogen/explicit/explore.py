@@ -1,9 +1,9 @@
 """All critical regions: from one, across every facet, until every facet is accounted for.
 
 Tondel, Johansen and Bemporad (2003): across a facet on which one multiplier vanishes, that row
-leaves the active set; across one on which a slack vanishes, that row enters it. This settles the
-whole facet if no other row vanishes on it and the new set is independent; the rest is
-``cover.py``'s.
+leaves the active set; across one on which a slack vanishes, that row enters it, for one of the
+others where it depends on them. This settles the whole facet if no other row vanishes on it; the
+rest is ``cover.py``'s.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ from servogen.explicit.regions import (
     MULTIPLIER,
     Candidate,
     Region,
-    ball_of,
+    balls_of,
     candidate,
+    exchanges,
     facets,
     is_full,
     is_independent,
 )
-from servogen.explicit.small_lp import Ball, inner_ball, inner_balls
+from servogen.explicit.small_lp import Ball, inner_ball
 from servogen.explicit.solution import ExplicitSolution, Findings, first_move_law, group_laws
 from servogen.explicit.tolerances import FLAT, QP_VIOLATION, SLIVER
 from servogen.plants.statespace import FloatArray, read_only
@@ -45,8 +46,12 @@ from servogen.qp.parametric import ParametricQP
 
 # Directions tried from the middle of the feasible set for a first region that is not flat.
 _STARTS = 40
-# Patterns of a box whose linear programs are solved together.
+# Active sets whose linear programs are solved together.
 _CHUNK = 256
+# Parts of facets, beyond two for every region, that may have to be stepped across. Theory settles
+# nearly all; limits on steps beside limits on inputs leave one for every second region, since there
+# active sets with dependent rows abound; planes too close for a double leave many times that.
+_PARTS, _PARTS_PER_REGION = 100, 2
 
 
 def solve(
@@ -71,7 +76,9 @@ def solve(
         with watcher.task("Computing regions", total=count) as task:
             found, findings = _all_patterns(problem, program, max_regions, task)
     else:
-        with watcher.task("Computing regions") as task:
+        # how many there are nobody knows: the count goes up to the limit at the most
+        title = f"Computing regions, at most {max_regions}"
+        with watcher.task(title, total=max_regions) as task:
             search = _Search(problem, program, max_regions, task)
             search.run()
         found, findings = list(search.regions.values()), search.findings()
@@ -100,7 +107,7 @@ def _all_patterns(
         made = [candidate(program, active) for active in chunk]
         full = [each for each in made if each is not None]
         assert len(full) == len(chunk)  # a box has no constant rows
-        balls = _balls(program, full) if bounded else [boxes.middle_of(each, n) for each in full]
+        balls = balls_of(program, full) if bounded else [boxes.middle_of(each, n) for each in full]
         task.advance(len(chunk))
         kept = [i for i, ball in enumerate(balls) if not bounded or is_full(ball)]
         if len(found) + len(kept) > limit:
@@ -111,17 +118,6 @@ def _all_patterns(
         for i, each, groups in zip(kept, chosen, rows, strict=True):
             found.append(_region(program, each, balls[i], groups))
     return found, Findings(closed_form=not bounded)
-
-
-def _balls(program: Canonical, made: list[Candidate]) -> list[Ball]:
-    """Balls in the regions of patterns, the domain included; patterns differ in their rows."""
-    most = max(each.k.size for each in made)
-    h = np.zeros((len(made), most, program.image.size))
-    k = np.ones((len(made), most))  # rows 0 eta <= 1 fill up
-    for i, each in enumerate(made):
-        h[i, : each.k.size], k[i, : each.k.size] = each.h, each.k
-    limits = np.broadcast_to(program.domain_bounds, (len(made), program.domain_bounds.size))
-    return inner_balls(h, np.concatenate([k, limits], axis=1), shared=program.domain_rows)
 
 
 def _region(
@@ -158,15 +154,30 @@ class _Search:
     flat: set[ActiveSet] = field(default_factory=set)
     unresolved: list[str] = field(default_factory=list)
     slivers: int = 0
+    parts: int = 0
     counts: dict[str, int] = field(default_factory=lambda: {"end": 0, "shared": 0, "stepped": 0})
 
     def run(self) -> None:
         self._start()
         while self.queue:
-            work = self.queue.popleft()
+            layer = list(self.queue)
+            self.queue.clear()
+            self._layer(layer)
+
+    def _layer(self, layer: list[_Open]) -> None:
+        """Crosses every facet of some regions; what lies behind them all is built together."""
+        wanted = [[self._behind(work, group) for group in work.groups] for work in layer]
+        near = {
+            active: work.region.centre
+            for work, mine in zip(layer, wanted, strict=True)
+            for sets in mine
+            for active in sets or ()
+        }
+        self._build_all(near, len(layer))
+        for work, mine in zip(layer, wanted, strict=True):
             self.task.advance()
-            for row, group in enumerate(work.groups):
-                if not self._adjacent(work, group):
+            for row, sets in enumerate(mine):
+                if sets is None or not self._settled(work, row, sets):
                     self._stepped(work.region, row)
 
     def findings(self) -> Findings:
@@ -179,42 +190,66 @@ class _Search:
 
     def _build(self, active: ActiveSet) -> Region | None:
         """The region of an independent active set, taken up if new; None if flat or empty."""
-        if active in self.regions:
-            return self.regions[active]
-        if active in self.nothing:
-            return None
-        made = candidate(self.program, active)
-        ball = None if made is None else ball_of(self.program, made)
-        if made is None or ball is None or not is_full(ball):
-            self.nothing.add(active)
-            if ball is not None and ball.radius > -FLAT:
-                self.flat.add(active)
-            return None
-        if len(self.regions) == self.limit:
-            raise _too_many(self.limit, f"more than {self.limit}")
-        groups = facets(self.program, [made], [ball.centre])[0]
-        region = _region(self.program, made, ball, groups)
-        self.regions[active] = region
-        self.queue.append(_Open(region, made, groups))
-        return region
+        self._build_all({active: np.zeros(self.program.image.size)}, 1)
+        return self.regions.get(active)
 
-    def _adjacent(self, work: _Open, group: list[int]) -> bool:
-        """Whether the facet is settled by the one row that vanishes on it."""
+    def _build_all(self, near: dict[ActiveSet, FloatArray], crossed: int) -> None:
+        """The same for several, each with a point that it may be near to, behind the facets of so
+        many regions. A layer far larger than the one before it is followed by one that is larger
+        by a quarter of that at least: what will not end within the limit need not be begun."""
+        fresh = [a for a in near if a not in self.regions and a not in self.nothing]
+        full: list[tuple[Candidate, Ball]] = []
+        for start in range(0, len(fresh), _CHUNK):
+            full += self._full({active: near[active] for active in fresh[start : start + _CHUNK]})
+            # before the many programs that tell which of their rows are facets
+            if len(self.regions) + len(full) > self.limit:
+                raise _too_many(self.limit, f"more than {self.limit}")
+        growth = len(full) / (4 * crossed)
+        if len(full) * growth > 2 * self.limit:
+            raise _too_many(self.limit, f"about {len(full) * growth:.1g} or more")
+        for start in range(0, len(full), _CHUNK):
+            chunk = full[start : start + _CHUNK]
+            rows = facets(self.program, [made for made, _ in chunk], [b.centre for _, b in chunk])
+            for (made, ball), groups in zip(chunk, rows, strict=True):
+                region = _region(self.program, made, ball, groups)
+                self.regions[made.active] = region
+                self.queue.append(_Open(region, made, groups))
+
+    def _full(self, near: dict[ActiveSet, FloatArray]) -> list[tuple[Candidate, Ball]]:
+        """Of some active sets those with a region that is not flat; the others are put down."""
+        made = {active: candidate(self.program, active) for active in near}
+        able = {active: each for active, each in made.items() if each is not None}
+        found = balls_of(self.program, list(able.values()), np.array([near[a] for a in able]))
+        full = [pair for pair in zip(able.values(), found, strict=True) if is_full(pair[1])]
+        for active, ball in zip(able, found, strict=True):
+            if not is_full(ball) and ball.radius > -FLAT:
+                self.flat.add(active)
+        self.nothing.update(set(made) - {each.active for each, _ in full})
+        return full
+
+    def _behind(self, work: _Open, group: list[int]) -> list[ActiveSet] | None:
+        """Active sets behind a facet on which one row alone vanishes: none where nothing is
+        feasible, None where several rows vanish and theory does not tell."""
         if len(group) != 1:
-            return False
+            return None
         place, kind = int(work.made.places[group[0]]), work.made.kinds[group[0]]
         if kind == MULTIPLIER:
-            beyond = tuple(i for i in work.made.active if i != place)
-        else:
-            beyond = tuple(sorted((*work.made.active, place)))
-            if not is_independent(self.program, beyond):
-                return False
-        region = self._build(beyond)
-        if region is None:
-            return False
+            return [tuple(i for i in work.made.active if i != place)]
+        beyond = tuple(sorted((*work.made.active, place)))
+        if is_independent(self.program, beyond):
+            return [beyond]
+        return exchanges(self.program, work.made.active, place)
+
+    def _settled(self, work: _Open, row: int, sets: list[ActiveSet]) -> bool:
+        """Whether the sets that theory names are what is behind a facet."""
+        if not sets:
+            self.counts["end"] += 1
+            return True
         # behind a wide facet a region can only be missed if rows that vanish there were not seen as
         # equal; then the region found does not reach the facet everywhere, and is not the answer
-        if not _shares(region, work.made.h[group[0]], work.made.k[group[0]]):
+        normal, height = work.region.h[row], work.region.k[row]
+        behind = [self.regions[active] for active in sets if active in self.regions]
+        if not any(_shares(region, normal, height) for region in behind):
             return False
         self.counts["shared"] += 1
         return True
@@ -227,6 +262,10 @@ class _Search:
         self.counts["stepped"] += 1
         pieces = [facet_of(region, self.program, row)]
         while pieces:
+            self.parts += 1
+            if self.parts > _PARTS + _PARTS_PER_REGION * len(self.regions):
+                expected = "regions that numbers tell apart (fewer constraints, a shorter horizon)"
+                raise ExplicitError("set of facets", "in too many parts", expected)
             piece = pieces.pop()
             place = generic_point(piece)
             if place is None:

@@ -2,7 +2,8 @@
 
 Regions cover the feasible set, which is convex. So each of its facets consists of facets of
 regions, and a region's facet is one of its if no feasible parameter lies beyond: one linear program
-for each that no other region is seen behind. What is left are the limits of the domain.
+for each that no other region is seen behind. What is left are the limits of the domain. These are
+taken as they were stated: of what moves theta and not eta, the image of the domain knows nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ class FeasibleSet:
     """{rows theta <= bounds}: (q, p), (q,), none redundant; no row where every theta is feasible.
 
     A row is scaled so that its height is a length in ``Canonical``'s coordinates, in which one is a
-    bound of the program.
+    bound of the program; the domain's rows, where these coordinates are fewer than the parameters,
+    so that it is a share of what the domain allows each parameter.
     """
 
     rows: FloatArray
@@ -38,17 +40,49 @@ def always_feasible(problem: ParametricQP) -> bool:
 
 def feasible_set(solution: ExplicitSolution) -> FeasibleSet:
     """The feasible parameters of a solved program within its domain."""
-    program, image = solution.program, solution.image
+    problem, program, image = solution.problem, solution.program, solution.image
     rows, bounds = _outer_facets(solution)
-    rows = np.vstack([rows, program.domain_rows])
-    bounds = np.concatenate([bounds, program.domain_bounds])
+    if image.size == problem.parameters:
+        rows = np.vstack([rows, program.domain_rows])
+        bounds = np.concatenate([bounds, program.domain_bounds])
+        kept = _needed(rows, bounds)
+        rows, bounds = rows[kept] @ image.matrix, (bounds - rows @ image.offset)[kept]
+    else:
+        rows, bounds = _with_domain(problem, rows @ image.matrix, bounds - rows @ image.offset)
+    return FeasibleSet(read_only(rows), read_only(bounds))
+
+
+def _with_domain(
+    problem: ParametricQP, rows: FloatArray, bounds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What is needed of rows theta <= bounds and of the domain, whose rows are scaled anew."""
+    extent = _extents(problem)
+    lengths = np.linalg.norm(rows * extent, axis=1)
+    own = np.linalg.norm(problem.domain_rows * extent, axis=1)
+    rows = np.vstack([rows, problem.domain_rows / own[:, None]])
+    bounds = np.concatenate([bounds, problem.domain_bounds / own])
+    lengths = np.concatenate([lengths, np.ones(own.size)])
+    kept = _needed(rows * extent / lengths[:, None], bounds / lengths)
+    return rows[kept], bounds[kept]
+
+
+def _extents(problem: ParametricQP) -> FloatArray:
+    """(p,) how far a row of the domain lets each parameter go, for its scale; 1 where none does."""
+    rows, sizes = np.abs(problem.domain_rows), np.abs(problem.domain_bounds)
+    told = sizes > 0.0
+    steepest = np.max(rows[told] / sizes[told, None], axis=0, initial=0.0)
+    extents: FloatArray = 1.0 / np.where(steepest > 0.0, steepest, 1.0)
+    return extents
+
+
+def _needed(rows: FloatArray, bounds: FloatArray) -> list[int]:
+    """Rows, of about unit length, that are not redundant."""
     kept = list(range(bounds.size))
     for i in range(bounds.size):
         others = [j for j in kept if j != i]
         if greatest(rows[others], bounds[others], rows[i]) <= bounds[i] + REDUNDANT:
             kept = others
-    rows, bounds = rows[kept], bounds[kept]
-    return FeasibleSet(read_only(rows @ image.matrix), read_only(bounds - rows @ image.offset))
+    return kept
 
 
 def _outer_facets(solution: ExplicitSolution) -> tuple[FloatArray, FloatArray]:

@@ -90,12 +90,11 @@ def canonical(problem: ParametricQP) -> Canonical:
         raise ExplicitError(f"rows[{i}]", 0.0, expected)
     w_seen = (w - g @ offset) / lengths
     e_seen = (s - g @ slope) / lengths[:, None]
-    # one scale for all rows: s is measured so that a typical slack is one
-    size = float(np.median(np.abs(w_seen[w_seen != 0.0]))) if np.any(w_seen) else 1.0
+    size = _one(w_seen, numbers >= problem.rows.shape[0])
     nu = problem.first_move
     own = scaled_optimum(problem) if problem.is_box else None
     box = own is not None and _rank(own.matrix) == problem.variables
-    image = own if box and own is not None else _image(problem, e_seen / size, slope)
+    image = own if box and own is not None else _image(problem, e_seen / size, slope / size)
     rows, bounds = _domain(problem, image)
     if rows is None:
         image, box = _all_parameters(problem), False
@@ -116,6 +115,19 @@ def canonical(problem: ParametricQP) -> Canonical:
         image=image,
         box_optimum=box,
     )
+
+
+def _one(slacks: FloatArray, alone: npt.NDArray[np.bool_]) -> float:
+    """What s is measured in: a typical slack of the bounds on single variables, of all rows where
+    there are none.
+
+    Limits of a plant's states may be a million times farther than its inputs reach in a horizon; in
+    their measure every region between the inputs' bounds would count as flat.
+    """
+    for rows in (slacks[alone], slacks):
+        if np.any(rows):
+            return float(np.median(np.abs(rows[rows != 0.0])))
+    return 1.0
 
 
 def scales(problem: ParametricQP) -> tuple[FloatArray, FloatArray]:
@@ -145,22 +157,19 @@ def _rank(matrix: FloatArray) -> int:
 
 def _image(problem: ParametricQP, e_seen: FloatArray, slope: FloatArray) -> Image:
     """The fewest coordinates through which the slacks and the first moves are seen."""
-    first = slope[: problem.first_move]
-    sizes = np.linalg.norm(e_seen, axis=1) if e_seen.size else np.zeros(0)
-    typical = float(np.median(sizes[sizes > 0.0])) if np.any(sizes > 0.0) else 1.0
-    longest = np.linalg.norm(first, axis=1, keepdims=True)
-    first = np.divide(first * typical, longest, out=np.zeros_like(first), where=longest > 0.0)
+    # a first move as the slack of a bound on it alone would see it
+    moves = np.eye(problem.variables)[:, : problem.first_move]
+    lengths = np.linalg.norm(np.linalg.solve(np.linalg.cholesky(problem.hessian), moves), axis=0)
+    first = slope[: problem.first_move] / lengths[:, None]
     seen = np.vstack([e_seen, first])
     unit, columns = _unit_columns(seen)
     _, values, right = np.linalg.svd(unit, full_matrices=False)
     rank = _rank(seen)
     if rank == 0:
         raise ExplicitError("linear and bounds_parameter", 0.0, "a parameter that matters")
-    if rank == problem.parameters:
-        matrix = np.diag(columns)  # as many as there are: no reason to mix them
-    else:
-        matrix = (values[:rank, None] * right[:rank]) * columns
-        matrix = _fixed_signs(matrix)
+    # mixed even where there are as many: parameters of which the slacks see nearly one combination
+    # (positions and speeds over a few samples) would leave every region a needle
+    matrix = _fixed_signs((values[:rank, None] * right[:rank]) * columns)
     # eta of unit size moves the slacks by about their own size
     image = np.linalg.lstsq(matrix.T, seen.T, rcond=None)[0].T
     matrix = matrix * np.linalg.norm(image, axis=0)[:, None] / np.sqrt(max(1, seen.shape[0]))
@@ -206,6 +215,10 @@ def _domain(problem: ParametricQP, image: Image) -> tuple[FloatArray | None, Flo
     if image.size == problem.parameters:
         rows = problem.domain_rows @ np.linalg.inv(image.matrix)
         return _unit_rows(rows, problem.domain_bounds + rows @ image.offset)
+    seen = problem.domain_rows @ _right_inverse(image)
+    lost = np.max(np.abs(seen @ image.matrix - problem.domain_rows), axis=1)
+    if np.all(lost <= SAME_PLANE * np.max(np.abs(problem.domain_rows), axis=1)):
+        return _unit_rows(seen, problem.domain_bounds + seen @ image.offset)
     box = _as_box(problem)
     if box is None or comb(problem.parameters, image.size - 1) > MAX_IMAGE_FACETS // 2:
         return None, None

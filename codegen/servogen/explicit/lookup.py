@@ -8,7 +8,8 @@ Order of the arithmetic, the same here and in C (no contraction of products and 
    at the leaf u_j = (k_j0 eta_0 + ...) + c_j, negated if eta was, then clipped: first raised to the
    lower bound, then lowered to the upper one;
 3. recursive clips: at each step c_0 delta_0 + c_1 delta_1 + ... over all n in that order, eta_i
-   plus that, clipped to [-1, 1], delta_i = x - eta_i; in the end u_j = half_j x + middle_j.
+   plus that, clipped to [-1, 1], delta_i = x - eta_i; in the end u_j = half_j x + middle_j, clipped
+   as in a tree if that may round beyond a bound.
 
 A NaN never passes a clip in C as here: the caller checks that its parameters are finite.
 """
@@ -32,18 +33,26 @@ class Count:
     """Worst case of one evaluation, and the numbers that its tables hold.
 
     A multiply-add that follows another in a sum counts as one; the first product of a sum counts as
-    one too. A clip is two comparisons. ``additions`` are those that no product goes with.
+    one too: ``opened`` sums begin with a product that C adds to nothing. A clip is two comparisons.
+    ``additions`` are those that no product goes with.
     """
 
     multiply_adds: int
     additions: int
     comparisons: int
+    sign_changes: int
+    opened: int
     numbers: int
 
     @property
     def work(self) -> int:
-        """Operations altogether, each for one."""
+        """Operations altogether, each for one; a sign change turns a bit and counts for none."""
         return self.multiply_adds + self.additions + self.comparisons
+
+    @property
+    def all_additions(self) -> int:
+        """Additions of the C, where a product and the addition that takes it up are two."""
+        return self.multiply_adds - self.opened + self.additions
 
 
 @dataclass(frozen=True)
@@ -54,7 +63,8 @@ class TreeLookup:
         matrix: (r, p), offset: (r,) of eta; no rows: eta is theta itself.
         tree: see ``Tree``.
         gains: (laws, nu, r); offsets: (laws, nu).
-        lower, upper: (nu,) the first moves are clipped to; -inf and inf for none.
+        lower, upper: (nu,) the first moves are clipped to; -inf and inf for none. The laws of a
+            program with these bounds keep them by themselves, but for rounding.
     """
 
     matrix: FloatArray
@@ -66,18 +76,25 @@ class TreeLookup:
     upper: FloatArray
 
     @property
+    def bounded(self) -> bool:
+        """Whether the moves are clipped: all of them, to the scalar's range where one has none."""
+        return bool(np.any(np.isfinite(self.lower)) or np.any(np.isfinite(self.upper)))
+
+    @property
     def count(self) -> Count:
         """Worst case: the deepest leaf."""
         rows, p = self.matrix.shape
         laws, nu, r = self.gains.shape
         depth, inner = self.tree.depth, self.tree.inner
-        clips = int(np.sum(np.isfinite(self.lower)) + np.sum(np.isfinite(self.upper)))
+        clips = 2 * nu if self.bounded else 0
         mirrored = self.tree.mirror >= 0
         shift = rows if np.any(self.offset) else 0
         return Count(
             multiply_adds=rows * p + depth * r + nu * r,
-            additions=shift + (nu if np.any(self.offsets) else 0),
+            additions=shift + nu,
             comparisons=depth + clips + int(mirrored),
+            sign_changes=r + nu if mirrored else 0,
+            opened=depth + nu,
             numbers=rows * p + shift + inner * (r + 3) + laws * nu * (r + 1) + clips,
         )
 
@@ -141,7 +158,9 @@ def evaluate_clips(
         found[s] = x
     half, middle = clips.half.astype(dtype), clips.middle.astype(dtype)
     moves = [half[j] * found[int(s)] + middle[j] for j, s in enumerate(clips.moves)]
-    return np.column_stack(moves)
+    lower, upper = clips.lower.astype(dtype), clips.upper.astype(dtype)
+    bounded: FloatArray = np.minimum(np.maximum(np.column_stack(moves), lower), upper)
+    return bounded
 
 
 def count_clips(clips: RecursiveClips) -> Count:
@@ -153,8 +172,10 @@ def count_clips(clips: RecursiveClips) -> Count:
     return Count(
         multiply_adds=n * p + steps * n + nu,
         additions=shift + 2 * steps,
-        comparisons=2 * steps,
-        numbers=n * p + shift + steps * (n + 1) + 3 * nu,
+        comparisons=2 * steps + (2 * nu if clips.rounds else 0),
+        sign_changes=0,
+        opened=steps,
+        numbers=n * p + shift + steps * (n + 1) + (5 if clips.rounds else 3) * nu,
     )
 
 
@@ -164,11 +185,12 @@ def tree_lookup(
     """The lookup of a tree grown for ``solution``, in eta or in theta itself, whichever is less.
 
     Args:
-        clip: bounds of the first move that ``solution`` was computed without.
+        clip: bounds of the first move that ``solution`` was computed without; None: its own.
     """
     own, laws, nu = solution.image, solution.laws, solution.problem.first_move
-    low = np.full(nu, -np.inf if clip is None else clip[0])
-    high = np.full(nu, np.inf if clip is None else clip[1])
+    low, high = solution.problem.lower[:nu], solution.problem.upper[:nu]
+    if clip is not None:
+        low, high = np.full(nu, clip[0]), np.full(nu, clip[1])
     lookup = TreeLookup(
         own.matrix, own.offset, tree, laws.gains, laws.offsets, read_only(low), read_only(high)
     )

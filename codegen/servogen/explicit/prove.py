@@ -17,7 +17,7 @@ import numpy.typing as npt
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.small_lp import greatest_many, inner_balls
 from servogen.explicit.solution import ExplicitSolution
-from servogen.explicit.tolerances import FLAT
+from servogen.explicit.tolerances import FLAT, FLAT_UP_TO
 from servogen.explicit.tree import Tree
 from servogen.plants.statespace import FloatArray
 
@@ -151,7 +151,11 @@ class _Walk:
         self.programs += len(alive)
         least = FLAT if self.exact else -FLAT
         balls = inner_balls(h, k)
-        return [i for i, ball in zip(alive, balls, strict=True) if ball.radius > least]
+        return [
+            i
+            for i, ball in zip(alive, balls, strict=True)
+            if ball.radius > least * max(1.0, np.max(np.abs(ball.centre)) / FLAT_UP_TO)
+        ]
 
     def _leaf(
         self, law: int, place: int, alive: list[int], rows: FloatArray, bounds: FloatArray

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servogen.explicit.image import Canonical
-from servogen.explicit.small_lp import Ball, BoolArray, IntArray, greatest_many, inner_ball
+from servogen.explicit.small_lp import Ball, BoolArray, IntArray, greatest_many, inner_balls
 from servogen.explicit.tolerances import (
     CONSTANT_ROW,
     FLAT,
@@ -20,6 +20,8 @@ from servogen.plants.statespace import FloatArray
 MULTIPLIER, SLACK = 0, 1
 # Linear programs of different regions that are solved together.
 _CHUNK = 256
+# Regions behind a row whose middles a ray goes to, before a linear program is asked.
+_NEAREST = 6
 
 
 @dataclass(frozen=True)
@@ -121,11 +123,46 @@ def candidate(program: Canonical, active: tuple[int, ...]) -> Candidate | None:
     )
 
 
-def ball_of(program: Canonical, found: Candidate) -> Ball:
-    """A ball in the candidate's region and the domain; flat or empty if its radius says so."""
-    h = np.vstack([found.h, program.domain_rows])
-    k = np.concatenate([found.k, program.domain_bounds])
-    return inner_ball(h, k) if k.size else Ball(np.zeros(program.image.size), 1.0)
+def exchanges(program: Canonical, active: tuple[int, ...], entering: int) -> list[tuple[int, ...]]:
+    """Active sets beyond a facet where a row that depends on the active ones is reached.
+
+    With g_entering = sum c_i g_i, the multiplier of the entering row can rise until that of an i
+    with c_i > 0 vanishes: that row leaves. Which one differs along the facet, so each is named.
+    Without any c_i > 0 the rows contradict each other beyond (Farkas): no set, nothing feasible.
+    """
+    if not active:
+        return []
+    rows = program.g[list(active)]
+    share = np.linalg.lstsq(rows.T, program.g[entering], rcond=None)[0]
+    found = []
+    for i, c in zip(active, share, strict=True):
+        beyond = tuple(sorted((*(j for j in active if j != i), entering)))
+        if c > INDEPENDENCE and is_independent(program, beyond):
+            found.append(beyond)
+    return found
+
+
+def balls_of(
+    program: Canonical, made: list[Candidate], near: FloatArray | None = None
+) -> list[Ball]:
+    """Balls in the candidates' regions and the domain; flat or empty if the radius says so.
+
+    Args:
+        near: (made, r) a point that each may be near to: the numbers stay small.
+    """
+    if not made:
+        return []
+    most, size = max(each.k.size for each in made), program.image.size
+    h = np.zeros((len(made), most, size))
+    k = np.ones((len(made), most))  # rows 0 eta <= 1 fill up
+    for i, each in enumerate(made):
+        h[i, : each.k.size], k[i, : each.k.size] = each.h, each.k
+    limits = np.broadcast_to(program.domain_bounds, (len(made), program.domain_bounds.size))
+    if not most + program.domain_bounds.size:
+        return [Ball(np.zeros(size), 1.0) for _ in made]
+    bounds = np.concatenate([k, limits], axis=1)
+    shared = program.domain_rows if program.domain_bounds.size else None
+    return inner_balls(h, bounds, shared=shared, near=near)
 
 
 def facets(
@@ -133,9 +170,10 @@ def facets(
 ) -> list[list[list[int]]]:
     """Of each candidate, the rows that are facets within the domain, with the rows equal to them.
 
-    Rays from an interior point settle most rows: the one that a ray meets first, well before any
-    other, is a facet. The others cost a linear program each; all are solved together. Of a
-    full-dimensional set without equal rows, those that are no facets may go together.
+    Rays from an interior point, along the rows and to the middle of other regions behind them,
+    settle most rows: the one that a ray meets first, well before any other, is a facet. The others
+    cost a linear program each; all are solved together. Of a full-dimensional set without equal
+    rows, those that are no facets may go together.
     """
     groups = [_equal_rows(each.h, each.k) for each in made]
     leaders = [[group[0] for group in mine] for mine in groups]
@@ -144,25 +182,41 @@ def facets(
     is_facet = np.zeros((len(made), most), dtype=bool)
     h = np.zeros((len(made), most, program.image.size))
     k = np.ones((len(made), most + domain_k.size))  # rows 0 eta <= 1 fill up
-    k[:, most:] = domain_k
     pending: list[tuple[int, int]] = []
     for i, (each, rows, centre) in enumerate(zip(made, leaders, centres, strict=True)):
         count = len(rows)
-        h[i, :count], k[i, :count] = each.h[rows], each.k[rows]
+        # heights above the centre, which may be far from the origin
+        h[i, :count], k[i, :count] = each.h[rows], each.k[rows] - each.h[rows] @ centre
+        k[i, most:] = domain_k - domain_h @ centre
         all_rows = np.vstack([h[i], domain_h])
-        is_facet[i, :count] = _met_first(all_rows, k[i], each.h[rows], centre)[:count]
+        known = _met_first(all_rows, k[i], each.h[rows])[:count]
+        if not np.all(known) and len(made) > 1:
+            rays = _across(h[i, :count][~known], k[i, :count][~known], np.array(centres) - centre)
+            known |= _met_first(all_rows, k[i], rays)[:count]
+        is_facet[i, :count] = known
         pending += [(i, j) for j in range(count) if not is_facet[i, j]]
     for start in range(0, len(pending), _CHUNK):
         chunk = np.array(pending[start : start + _CHUNK])
         at, row = chunk[:, 0], chunk[:, 1]
         loosened = k[at]
         loosened[np.arange(at.size), row] += 1.0
-        tops = greatest_many(h[at], loosened, h[at, row], domain_h if domain_k.size else None)
+        shared = domain_h if domain_k.size else None
+        floors = k[at, row] + 0.5 * REDUNDANT
+        tops = greatest_many(h[at], loosened, h[at, row], shared, floors)
         is_facet[at, row] = tops > k[at, row] + REDUNDANT
     return [
         [group for group, facet in zip(mine, is_facet[i], strict=False) if facet]
         for i, mine in enumerate(groups)
     ]
+
+
+def _across(h: FloatArray, slack: FloatArray, others: FloatArray) -> FloatArray:
+    """(rays, r) to the nearest of other points behind each row, all seen from one point."""
+    near = np.argsort(np.einsum("ij,ij->i", others, others), kind="stable")
+    behind = others[near] @ h.T > slack
+    ranks = np.cumsum(behind, axis=0)
+    rays: FloatArray = others[near][np.any(behind & (ranks <= _NEAREST), axis=1)]
+    return rays
 
 
 def _equal_rows(h: FloatArray, k: FloatArray) -> list[list[int]]:
@@ -185,11 +239,10 @@ def _equal_rows(h: FloatArray, k: FloatArray) -> list[list[int]]:
     return groups
 
 
-def _met_first(h: FloatArray, k: FloatArray, rays: FloatArray, centre: FloatArray) -> BoolArray:
-    """(rows,) whether some ray from ``centre`` leaves the set through that row alone."""
-    known = np.zeros(k.size, dtype=bool)
-    slack = k - h @ centre
-    if k.size < 2 or np.any(slack <= 0.0):
+def _met_first(h: FloatArray, slack: FloatArray, rays: FloatArray) -> BoolArray:
+    """(rows,) whether some ray from a point with these slacks leaves through that row alone."""
+    known = np.zeros(slack.size, dtype=bool)
+    if slack.size < 2 or np.any(slack <= 0.0):
         return known
     speed = h @ rays.T
     with np.errstate(divide="ignore", invalid="ignore"):

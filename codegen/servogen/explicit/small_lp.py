@@ -23,10 +23,16 @@ IntArray = npt.NDArray[np.int64]
 
 # Walls |x_i| <= wall that give the method its first vertex; they are not part of the program. A
 # vertex held by a wall is no answer: the next wall is tried, then HiGHS.
-_WALLS = (1e2, 1e5)
+_WALLS = (1e2, 1e5, 1e8)
+# A ball's program is left once its radius is shown to be below this: how far from having a point a
+# set is may be millions (positions at opposite bounds in successive samples), and asks for
+# multipliers that no double holds. Nothing but the sign of so small a radius is used.
+_EMPTY = -1.0
 _MAX_PIVOTS = 200
 # Programs that go through the method together, so that their rows stay within some megabytes.
 _BATCH = 256
+# Of those, how many may be left for HiGHS. None are where planes can be told apart.
+_HOPELESS = 48
 
 
 @dataclass(frozen=True)
@@ -47,33 +53,44 @@ def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
 
 
 def greatest_many(
-    h: FloatArray, k: FloatArray, objectives: FloatArray, shared: FloatArray | None = None
+    h: FloatArray,
+    k: FloatArray,
+    objectives: FloatArray,
+    shared: FloatArray | None = None,
+    floors: FloatArray | None = None,
 ) -> FloatArray:
     """The same for a batch: k (batch, rows), objectives (batch, n), h as k or one for all.
 
-    ``shared`` (more, n) are further rows that all programs have; their bounds are last in k.
+    ``shared`` (more, n) are further rows that all programs have; their bounds are last in k. A
+    program shown to stay below its floor, (batch,), may be given any value between.
     """
     values = np.empty(k.shape[0])
+    least = np.full(k.shape[0], -np.inf) if floors is None else floors
     for start in range(0, k.shape[0], _BATCH):
         chunk = slice(start, start + _BATCH)
         own = h if h.ndim == 2 else h[chunk]
-        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk], shared)
+        values[chunk] = _greatest_chunk(own, k[chunk], objectives[chunk], shared, least[chunk])
     return values
 
 
 def _greatest_chunk(
-    h: FloatArray, k: FloatArray, objectives: FloatArray, shared: FloatArray | None
+    h: FloatArray,
+    k: FloatArray,
+    objectives: FloatArray,
+    shared: FloatArray | None,
+    floors: FloatArray,
 ) -> FloatArray:
     values = np.full(k.shape[0], np.nan)
     todo = np.arange(k.shape[0])
     for wall in _WALLS:
         own = h if h.ndim == 2 else h[todo]
-        found = _simplex(own, shared, k[todo], objectives[todo], wall)
+        found = _simplex(own, shared, k[todo], objectives[todo], wall, floors[todo])
         good = found.settled & ~found.walled
         values[todo[good]] = np.sum(found.points * objectives[todo], axis=1)[good]
         todo = todo[~good]
         if not todo.size:
             return values
+    _require_few(todo, k.shape[0])
     for i in todo:
         try:
             rows = h if h.ndim == 2 else h[i]
@@ -88,20 +105,32 @@ def inner_ball(h: FloatArray, k: FloatArray, cap: float = 1.0) -> Ball:
     """The largest ball of radius at most ``cap`` in {h x <= k}, rows of any length.
 
     Where the set leaves a choice, the centre lies near the origin rather than far from it. A
-    negative radius is by how far unit rows must be loosened for the set to have a point.
+    negative radius is by how far unit rows must be loosened for the set to have a point, or, below
+    ``_EMPTY``, less than that.
     """
     return inner_balls(h[None], k[None], cap)[0]
 
 
 def inner_balls(
-    h: FloatArray, k: FloatArray, cap: float = 1.0, shared: FloatArray | None = None
+    h: FloatArray,
+    k: FloatArray,
+    cap: float = 1.0,
+    shared: FloatArray | None = None,
+    near: FloatArray | None = None,
 ) -> list[Ball]:
-    """The same for a batch of sets: h (batch, rows, n), k (batch, rows), ``shared`` as above."""
+    """The same for a batch of sets: h (batch, rows, n), k (batch, rows), ``shared`` as above.
+
+    ``near`` (batch, n): points that take the origin's place, for sets that may lie far from it.
+    """
+    if near is not None:
+        k = k - _heights(h, shared, near)
     balls: list[Ball] = []
     for start in range(0, k.shape[0], _BATCH):
         chunk = slice(start, start + _BATCH)
         balls += _ball_chunk(h[chunk], k[chunk], cap, shared)
-    return balls
+    if near is None:
+        return balls
+    return [Ball(ball.centre + at, ball.radius) for ball, at in zip(balls, near, strict=True)]
 
 
 def _ball_chunk(h: FloatArray, k: FloatArray, cap: float, shared: FloatArray | None) -> list[Ball]:
@@ -114,11 +143,12 @@ def _ball_chunk(h: FloatArray, k: FloatArray, cap: float, shared: FloatArray | N
     if shared is not None:
         wide = np.column_stack([shared, np.sqrt(np.sum(shared * shared, axis=1))])
     objective = np.append(np.zeros(n), 1.0)
+    floors = np.full(batch, _EMPTY * cap)
     result: list[Ball | None] = [None] * batch
     todo = np.arange(batch)
     for wall in _WALLS:
         wanted = np.tile(objective, (todo.size, 1))
-        found = _simplex(rows[todo], wide, bounds[todo], wanted, wall)
+        found = _simplex(rows[todo], wide, bounds[todo], wanted, wall, floors[todo])
         # a ball of good size is inside the set; a small one may be the walls' doing
         good = found.settled & (~found.walled | (found.points[:, n] > 1e-3 * cap))
         for i in np.flatnonzero(good):
@@ -126,12 +156,39 @@ def _ball_chunk(h: FloatArray, k: FloatArray, cap: float, shared: FloatArray | N
         todo = todo[~good]
         if not todo.size:
             break
+    _require_few(todo, batch)
     for i in todo:
         all_rows = rows[i] if wide is None else np.vstack([rows[i], wide])
-        best = maximise(all_rows, bounds[i], objective)
-        assert best.point is not None  # the cap bounds it, a negative radius is always feasible
-        result[i] = Ball(best.point[:n], best.value)
+        result[i] = _ball_by_highs(all_rows, bounds[i], objective)
     return [ball for ball in result if ball is not None]
+
+
+def _require_few(left: IntArray, asked: int) -> None:
+    """Ends where HiGHS would be asked about a good part of many programs: what then comes of
+    minutes of work is not to be relied on.
+
+    Raises:
+        SetError: more than ``_HOPELESS`` of a full batch are left.
+    """
+    if asked >= _HOPELESS and left.size > _HOPELESS:
+        said = f"{left.size} of {asked} linear programs that do not settle"
+        raise SetError("constraints", said, "planes that are farther apart")
+
+
+def _ball_by_highs(rows: FloatArray, bounds: FloatArray, objective: FloatArray) -> Ball:
+    """The ball that HiGHS finds, if it is one: a program with rows of far apart heights may come
+    back as unbounded, which no ball with a cap is, or with a point that keeps no row.
+
+    Raises:
+        SetError: it is none.
+    """
+    best = maximise(rows, bounds, objective)
+    if best.point is not None:
+        excess = rows @ best.point - bounds
+        size = 1.0 + 1e-3 * float(np.max(np.abs(best.point)))
+        if np.max(excess) <= 100.0 * LP_RESIDUAL * size:
+            return Ball(best.point[:-1], best.value)
+    raise SetError("constraints", None, "a linear program that solves")
 
 
 @dataclass(frozen=True)
@@ -144,9 +201,18 @@ class _Vertices:
 
 
 def _simplex(
-    h: FloatArray, shared: FloatArray | None, k: FloatArray, objectives: FloatArray, wall: float
+    h: FloatArray,
+    shared: FloatArray | None,
+    k: FloatArray,
+    objectives: FloatArray,
+    wall: float,
+    floors: FloatArray,
 ) -> _Vertices:
-    """Dual simplex from the walls' corners. h: (rows, n) for all, or (batch, rows, n)."""
+    """Dual simplex from the walls' corners. h: (rows, n) for all, or (batch, rows, n).
+
+    The value of every basis on the way is above the greatest one; a program whose basis shows it to
+    be below its floor, (batch,), ends there.
+    """
     if h.ndim == 2:
         h, shared = np.zeros((k.shape[0], 0, h.shape[1])), h
     batch, n = objectives.shape
@@ -154,7 +220,7 @@ def _simplex(
     basis = np.tile(np.arange(-n, 0), (batch, 1))  # negative: a wall
     inverse = signs[:, :, None] * np.eye(n)  # of the basic rows
     duals, held = np.abs(objectives), np.full((batch, n), wall)
-    optimal = np.zeros(batch, dtype=bool)
+    optimal, below = np.zeros(batch, dtype=bool), np.zeros(batch, dtype=bool)
     live = np.arange(batch)  # programs still moving; the arrays above shrink with it
     final = basis.copy()
     for _ in range(_MAX_PIVOTS):
@@ -170,6 +236,8 @@ def _simplex(
         with np.errstate(divide="ignore", invalid="ignore"):
             ratios = np.where(share > 1e-11, duals / share, np.inf)
         least = ratios.min(axis=1)
+        low = np.sum(objectives[live] * points, axis=1) < floors[live]
+        below[live[low]], ends = True, ends | low
         stuck = ~ends & np.isinf(least)  # no point within the walls: HiGHS is to say it
         optimal[live[ends]] = True
         final[live] = basis
@@ -190,7 +258,7 @@ def _simplex(
         inverse = inverse - pivot[:, :, None] * share[:, None, :]
         inverse[at, :, out] = pivot
         basis[at, out], held[at, out] = worst, k[live, worst]
-    return _verified(h, shared, k, objectives, signs, final, optimal, wall)
+    return _verified(h, shared, k, objectives, signs, final, optimal, wall, below, floors)
 
 
 def _heights(h: FloatArray, shared: FloatArray | None, points: FloatArray) -> FloatArray:
@@ -233,9 +301,11 @@ def _transposed(rows: FloatArray, objectives: FloatArray) -> tuple[FloatArray, B
 
 def _verified(
     h: FloatArray, shared: FloatArray | None, k: FloatArray, objectives: FloatArray,
-    signs: FloatArray, basis: IntArray, optimal: BoolArray, wall: float,
+    signs: FloatArray, basis: IntArray, optimal: BoolArray, wall: float, below: BoolArray,
+    floors: FloatArray,
 ) -> _Vertices:  # fmt: skip
-    """Vertices solved afresh from their bases; settled where they pass the test of optimality."""
+    """Vertices solved afresh from their bases; settled where they pass the test of optimality, or
+    where their multipliers alone show that the greatest value is ``below`` their floor."""
     batch, n = objectives.shape
     at = np.arange(batch)[:, None]
     at_wall = basis < 0
@@ -258,6 +328,7 @@ def _verified(
     slack = LP_RESIDUAL * (1.0 + 1e-3 * np.max(np.abs(points), axis=1))
     if k.shape[1]:
         excess = _heights(h, shared, points) - k
-        settled &= np.max(excess, axis=1) <= slack
+        under = below & (np.sum(duals * held, axis=1) < floors)
+        settled &= under | (np.max(excess, axis=1) <= slack)
     walled = np.any(at_wall & (duals > 1e-12 * size[:, None]), axis=1)
     return _Vertices(points, settled, walled)

@@ -19,9 +19,15 @@ CONSTANT_ROW = 1e-9
 # Radius of the largest ball inside a set that counts as full-dimensional. The linear programs are
 # exact to 1e-11 here; the thinnest region of the servo drive with six moves is 1e-4.
 FLAT = 1e-8
+# The distance from the origin from which on FLAT grows in proportion: ten terms of a sum leave
+# 1e-15 of it, planes that meet at a hundredth 1e-13.
+FLAT_UP_TO = 1e5
 # Two unit rows, or two offsets, that differ by no more are one hyperplane. A facet computed from
 # both its sides agrees to about 1e-11; the thinnest set that counts is two of FLAT thick.
 SAME_PLANE = 1e-8
+# The same of the hyperplanes that a tree may cut by, with lengths in the height of the farthest one
+# (1e6 bounds for a position's limits): planes as close as a ten-thousandth of a bound are two.
+SAME_CUT = 1e-10
 # How far beyond its bound a row may be reached and still be redundant: a tenth of FLAT, so that
 # dropping rows cannot make a flat set look full-dimensional.
 REDUNDANT = 1e-9
@@ -43,9 +49,30 @@ SLIVER = 1e-6
 # A found neighbour must contain the point of the facet that was stepped across, within a step.
 TOUCHES = 1e-7
 # Sine of an angle, seen from the generators of a cone, below which a hyperplane only touches it.
-# Generators carry about 1e-13; the proof of a tree by linear programs does not rely on this.
-TOUCHES_CONE = 1e-10
+# Generators carry about 1e-13; the proof of a tree by linear programs does not rely on this. Angles
+# are those of lengths in the height of the farthest plane, 1e6 bounds or less for a position's
+# limits: what lies closer to a plane than a millionth of a bound goes to one side of it alone.
+TOUCHES_CONE = 1e-12
 # How far outside the feasible set, in shares of a bound, a parameter still counts as inside when it
 # is looked up: a plant that stands on its limit is feasible whichever way the last digit of its
 # measurement and of the sums was rounded. Some 30 terms of size one round to 1e-14 and 4e-6.
 EDGE = {"float64": 1e-9, "float32": 1e-5}
+
+# Of the proofs (``certify.py``, ``rim.py``), which compute everything again from the program.
+#
+# What is left of a row that is a function of eta, over all parameters, relative to the terms that
+# it is made of: the image leaves out directions that matter by less than RANK, and a thousand
+# roundings of the terms are a hundredth of this.
+SEEN = 1e-9
+# How far a region may reach beyond where its active set is optimal: planes within SAME_PLANE are
+# one when rows are gathered, on both sides of a facet and in either of two regions.
+PROVED = 5e-8
+# Laws are gathered within SAME_LAW of the largest coefficient; the same again for the roundings of
+# the two computations.
+PROVED_LAW = 2e-9
+# Largest ball, in shares of a bound, that what is left open between regions could hold in sum.
+HOLE = 1e-3
+# How far out, in shares of a bound, regions are shown to leave nothing out: a turn of a servo axis
+# is 1e4 there, a row's direction is known to 1e-13 or so, and this far out that is a tenth of a
+# SLIVER.
+FAR = 1e6

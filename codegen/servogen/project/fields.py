@@ -46,6 +46,12 @@ def _tuple_from_list(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
+def _no_truth(value: object) -> object:
+    if isinstance(value, bool):  # true == 1
+        raise ValueError("no number")
+    return value
+
+
 def _resolve(value: object, info: ValidationInfo) -> object:
     """Names of files are relative to the project file, wherever the command is run."""
     if not isinstance(value, str) or not value or "\0" in value:
@@ -55,7 +61,9 @@ def _resolve(value: object, info: ValidationInfo) -> object:
 
 
 Vector = Annotated[tuple[float, ...], BeforeValidator(_tuple_from_list), Field(min_length=1)]
+Integers = Annotated[tuple[int, ...], BeforeValidator(_tuple_from_list), Field(min_length=1)]
 Matrix = Annotated[tuple[Vector, ...], BeforeValidator(_tuple_from_list), Field(min_length=1)]
+Version = Annotated[Literal[1], BeforeValidator(_no_truth)]
 FileName = Annotated[Path, BeforeValidator(_resolve)]
 
 
@@ -113,4 +121,5 @@ def _noun(annotation: Any) -> str:
 
 
 def _number(value: float) -> str:
-    return str(int(value)) if math.isfinite(value) and value == int(value) < 1e6 else f"{value:g}"
+    whole = math.isfinite(value) and value == int(value) and abs(value) < 1e6
+    return str(int(value)) if whole else f"{value:g}"

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from servogen.project.fields import FileName, Section, told
+from servogen.project.fields import FileName, Section, Version, told
 from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.machine import MachineFile
 
@@ -214,7 +214,7 @@ class ProjectFile(Section):
     """The whole file as it stands."""
 
     schema_version: Annotated[
-        Literal[1], Field(alias="schema", description="version of this file's format")
+        Version, Field(alias="schema", description="version of this file's format")
     ]
     name: Annotated[
         str,

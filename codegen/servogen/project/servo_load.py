@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from servogen.errors import InputError
 from servogen.project.servo_consistency import check_servo
+from servogen.project.servo_reference import SineReference, TrapezoidReference
 from servogen.project.servo_schema import (
     Axis,
     MatricesDrive,
@@ -18,8 +19,6 @@ from servogen.project.servo_schema import (
     ServoOutput,
     ServoSampling,
     ServoTarget,
-    SineReference,
-    TrapezoidReference,
     TwoMassDrive,
 )
 from servogen.project.toml_text import read_toml

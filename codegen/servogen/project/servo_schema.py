@@ -10,9 +10,23 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from servogen.project.fields import Matrix, Section, Vector, told
+from servogen.project.fields import Integers, Matrix, Section, Vector, Version, told
 from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
+from servogen.project.limits import (
+    LARGEST_LIMIT,
+    LEAST,
+    AnyLimits,
+    LimitsAroundZero,
+    LimitsEitherSide,
+)
+from servogen.project.servo_reference import SineReference, TrapezoidReference
 
+# As ``LEAST``, of what is small in SI units.
+LEAST_INERTIA = 1e-12
+# Between weights in milliamperes and degrees squared there are no fifteen decades and fifteen.
+LARGEST_WEIGHT = 1e15
+# In coordinates that make a model's numbers larger, no design is left by rounding.
+LARGEST_ENTRY, LEAST_ENTRY = 1e12, 1e-12
 MAX_PREDICTION = 500
 MAX_CONTROL = 20
 LARGEST_TURN = 4096
@@ -26,21 +40,29 @@ def _identifier(name: str) -> str:
 
 def _list_of_one(value: object) -> object:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
-    return (float(value),) if plain and isinstance(value, int | float) else value
+    return (value,) if plain else value
+
+
+def as_numbers(weights: tuple[float, ...]) -> float | list[float]:
+    """Weights as a file says them: one number where it stands for a whole horizon."""
+    return weights[0] if len(weights) == 1 else list(weights)
 
 
 Weights = Annotated[Vector, BeforeValidator(_list_of_one)]
 _MODEL = Field(description="kind of model, see above")
-Positive = Annotated[float, Field(gt=0, le=1e9)]
 
 
 class TwoMassDrive(Section):
     """Motor and load joined by an elastic coupling; from one current only ratios can be told."""
 
     model: Annotated[Literal["two_mass"], _MODEL]
-    motor_inertia_kg_m2: Annotated[float, Field(gt=0, le=1e6, description="of the motor's rotor")]
-    load_inertia_kg_m2: Annotated[float, Field(gt=0, le=1e6, description="of what it turns")]
-    stiffness_n_m_per_rad: Annotated[float, Field(gt=0, le=1e12, description="of the coupling")]
+    motor_inertia_kg_m2: Annotated[
+        float, Field(ge=LEAST_INERTIA, le=1e6, description="of the motor's rotor")
+    ]
+    load_inertia_kg_m2: Annotated[
+        float, Field(ge=LEAST_INERTIA, le=1e6, description="of what it turns")
+    ]
+    stiffness_n_m_per_rad: Annotated[float, Field(ge=LEAST, le=1e12, description="of the coupling")]
     coupling_damping_n_m_s_per_rad: Annotated[
         float, Field(ge=0, le=1e9, description="of the coupling")
     ]
@@ -51,7 +73,7 @@ class TwoMassDrive(Section):
         float, Field(ge=0, le=1e9, description="viscous, of the load's bearings")
     ]
     torque_constant_n_m_per_a: Annotated[
-        float, Field(gt=0, le=1e6, description="torque of the motor")
+        float, Field(ge=LEAST, le=1e6, description="torque of the motor")
     ]
 
 
@@ -90,14 +112,14 @@ class Axis(Section):
     """What is measured, and how far."""
 
     encoder_resolution_deg: Annotated[
-        float, Field(gt=0, le=360, description="angle of one step of the encoder")
+        float, Field(ge=LEAST, le=360, description="angle of one step of the encoder")
     ]
     turn_deg: Annotated[
         int,
         Field(ge=0, le=LARGEST_TURN, description="measurements come round after it; 0: never"),
     ] = 360
     position_range_deg: Annotated[
-        float, Field(gt=0, le=1e6, description="|position| measured or wanted stays within")
+        float, Field(ge=LEAST, le=1e6, description="|position| measured or wanted stays within")
     ] = 36000.0
 
 
@@ -143,15 +165,35 @@ class ServoMpc(Section):
         ),
     ] = (1.0,)
     current_limit_ma: Annotated[
-        float, Field(gt=0, le=1e6, description="(10), to either side; the PID's too")
-    ] = 1000.0
+        LimitsAroundZero,
+        told(
+            f"a number from {LEAST:g} to {LARGEST_LIMIT:g}, or two, [low, high], with 0 between "
+            "them or at one of them (mA)",
+            description="(10), to either side or below and above; the PID's too",
+        ),
+    ] = (-1000.0, 1000.0)
     current_step_limit_ma: Annotated[
-        float | None,
-        told("a number above 0 (mA)", gt=0, le=1e6, description="(11), in one sample; or none"),
+        LimitsEitherSide | None,
+        told(
+            f"a number from {LEAST:g} to {LARGEST_LIMIT:g}, or two, [low, high], with 0 between "
+            "them (mA)",
+            description="(11), in one sample, to either side or down and up; or none",
+        ),
     ] = None
     position_bound_deg: Annotated[
-        float | None,
-        told("a number above 0 (deg)", gt=0, le=1e6, description="(12), to either side; or none"),
+        AnyLimits | None,
+        told(
+            f"a number from {LEAST:g} to {LARGEST_LIMIT:g}, or two, [low, high] (deg)",
+            description="(12), to either side or below and above; or none",
+        ),
+    ] = None
+    position_bound_samples: Annotated[
+        Integers | None,
+        told(
+            "a list of whole numbers, from 1 to H_p, ascending",
+            description="predicted samples at which (12) holds; none: at all, 1 to H_p",
+            min_length=1,
+        ),
     ] = None
     model: Annotated[
         DesignModel | None, Field(description="design on these rather than on the drive")
@@ -163,13 +205,13 @@ class Estimator(Section):
 
     disturbance_step_ma: Annotated[
         float,
-        Field(gt=0, le=1e6, description="by how much a load changes in one sample (deviation)"),
+        Field(ge=LEAST, le=1e6, description="by how much a load changes in one sample (deviation)"),
     ] = 5.0
     measurement_noise_deg: Annotated[
         float | None,
         told(
-            "a number above 0 (deg)",
-            gt=0,
+            f"a number from {LEAST:g} to 360 (deg)",
+            ge=LEAST,
             le=360,
             description="of the encoder (deviation); by default its resolution / sqrt(12)",
         ),
@@ -191,10 +233,24 @@ class LookupTable(Section):
             "refused if none is left",
         ),
     ] = 5000
+    max_nodes: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=1_000_000,
+            description="inner nodes of a search tree beyond which a form of the lookup is left "
+            "out; refused if none is left",
+        ),
+    ] = 5000
     search_nodes: Annotated[
         int,
-        Field(ge=0, le=10_000_000, description="of the search for a smaller tree; 0: greedy"),
-    ] = 4000
+        Field(
+            ge=0,
+            le=10_000_000,
+            description="that the search for shallower and smaller trees may open, all forms "
+            "together, one with many pieces of regions for several; 0: greedy trees",
+        ),
+    ] = 10_000
 
 
 class NotchTable(Section):
@@ -211,11 +267,13 @@ class NotchTable(Section):
 class PidTable(Section):
     """The cascaded PID of Figure 12, simulated and emitted beside the MPC."""
 
-    position_gain_per_s: Annotated[float, Field(gt=0, le=1e6, description="of the position loop")]
-    velocity_gain_ma_s_per_deg: Annotated[
-        float, Field(gt=0, le=1e9, description="of the speed loop")
+    position_gain_per_s: Annotated[
+        float, Field(ge=LEAST, le=1e6, description="of the position loop")
     ]
-    integral_time_s: Annotated[float, Field(gt=0, le=1e3, description="of the speed loop")]
+    velocity_gain_ma_s_per_deg: Annotated[
+        float, Field(ge=LEAST, le=1e9, description="of the speed loop")
+    ]
+    integral_time_s: Annotated[float, Field(ge=LEAST, le=1e3, description="of the speed loop")]
     notch: Annotated[NotchTable | None, Field(description="none: no filter")] = None
 
 
@@ -226,24 +284,6 @@ class ServoController(Section):
     lookup: LookupTable = LookupTable()
     estimator: Estimator = Estimator()
     pid: Annotated[PidTable | None, Field(description="none: no PID beside it")] = None
-
-
-class SineReference(Section):
-    """amplitude sin(2 pi f t), from rest."""
-
-    shape: Annotated[Literal["sine"], Field(description="of the reference")]
-    amplitude_deg: Annotated[float, Field(gt=0, le=1e6, description="to either side")]
-    frequency_hz: Annotated[float, Field(gt=0, le=1e5, description="of the sine")]
-    cycles: Annotated[int, Field(ge=1, le=1000, description="the last one is judged")] = 2
-
-
-class TrapezoidReference(Section):
-    """From rest to rest at a trapezoid of speed."""
-
-    shape: Annotated[Literal["trapezoid"], Field(description="of the reference")]
-    stroke_deg: Annotated[float, Field(gt=0, le=1e6, description="from start to end")]
-    speed_deg_per_s: Annotated[float, Field(gt=0, le=1e6, description="between the ramps")]
-    acceleration_deg_per_s2: Annotated[float, Field(gt=0, le=1e9, description="of the ramps")]
 
 
 Reference = Annotated[SineReference | TrapezoidReference, Field(discriminator="shape")]
@@ -286,7 +326,7 @@ class ServoFile(Section):
     """The whole file as it stands."""
 
     schema_version: Annotated[
-        Literal[1], Field(alias="schema", description="version of this file's format")
+        Version, Field(alias="schema", description="version of this file's format")
     ]
     name: Annotated[
         str,

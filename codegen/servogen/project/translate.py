@@ -42,16 +42,22 @@ def to_input_error(
 ) -> InputError:
     """The first finding in file order as an InputError; the others are counted."""
     found: dict[Keys, tuple[str, str]] = {}
+    mistaken: dict[Keys, Keys] = {}
     for item in error.errors(include_url=False, include_context=True):
-        place, sentence = _finding(raw, item, root)
-        found.setdefault(place, sentence)
+        place = _as_written(raw, locate(item["loc"], root))
+        keys, sentence = _finding(raw, item, place, root)
+        found.setdefault(keys, sentence)
+        if item["type"] == "extra_forbidden" and _of_another_kind(place):
+            mistaken.setdefault(keys[:-1], keys)
+    # all that is wrong with a table of the wrong kind is one mistake
+    found = {k: t for k, t in found.items() if mistaken.get(k[:-1], k) == k}
     renamed = _renamed(found)
     kept = {keys: text for keys, text in found.items() if keys not in renamed}
     order = _file_order(raw)
     # Another version of the format explains everything else that is wrong.
     first = ("schema",) if ("schema",) in kept else min(kept, key=lambda k: _position(order, k))
     value, expected = kept[first]
-    more = len(kept) - 1
+    more = len({_without_indices(keys) for keys in kept}) - 1  # ten entries of a list: one key
     suffix = f" (and {more} more wrong {'key' if more == 1 else 'keys'})" if more else ""
     return InputError(file, dotted(first), value, expected + suffix)
 
@@ -89,8 +95,10 @@ def _plain(value: object) -> str:
     return str(value)
 
 
-def _finding(raw: Mapping[str, Any], item: Any, root: Model) -> tuple[Keys, tuple[str, str]]:
-    place, kind = locate(item["loc"], root), item["type"]
+def _finding(
+    raw: Mapping[str, Any], item: Any, place: Place, root: Model
+) -> tuple[Keys, tuple[str, str]]:
+    kind = item["type"]
     if kind in ("union_tag_invalid", "union_tag_not_found") and place.field is not None:
         tag = Place((*place.keys, discriminator(place.field)), place.table, None)
         tags = one_of(list(tables_of(place.field)))
@@ -99,6 +107,22 @@ def _finding(raw: Mapping[str, Any], item: Any, root: Model) -> tuple[Keys, tupl
         return place.keys, _unknown(raw, place, root)
     expected = _expected(place)
     return place.keys, (_value_at(raw, place.keys), expected)
+
+
+def _without_indices(keys: Keys) -> Keys:
+    return tuple(key for key in keys if isinstance(key, str))
+
+
+def _as_written(raw: Any, place: Place) -> Place:
+    """A number that stands for a list of one is no entry of a list in the file."""
+    for depth, key in enumerate(place.keys):
+        if isinstance(key, int) and not isinstance(raw, list):
+            return Place(place.keys[:depth], place.table, place.field)
+        try:
+            raw = raw[key]
+        except (KeyError, IndexError, TypeError):
+            break
+    return place
 
 
 def _expected(place: Place) -> str:
@@ -130,12 +154,24 @@ def _unknown(raw: Mapping[str, Any], place: Place, root: Model) -> tuple[str, st
     if place.table is AxisLikeX and place.key in fields_by_key(Axis):
         return value, 'either same_as = "x" or the tables slow and fast, not both'
     known = fields_by_key(place.table)
+    other_kind = _of_another_kind(place)
+    if other_kind:
+        own = _value_at(raw, (*place.keys[:-1], place.kind))
+        told = f'a key of {place.kind} = "{other_kind}" ({value})'
+        return told, f"the keys of {place.kind} = {own}: {', '.join(known)}"
     other_unit = _same_quantity(place.key, known)
     if other_unit is not None:
         unit = unit_of(other_unit)
         told = f"the key {other_unit}" + (f", in {unit}" if unit else ", a number without unit")
         return f"a key with another unit ({value})", told
     return f"an unknown key ({value})", _nearest(place.key, known, root)
+
+
+def _of_another_kind(place: Place) -> str:
+    """Of several tables that might stand here, another one that has this key."""
+    if not place.kind or place.key in fields_by_key(place.table):
+        return ""
+    return next((tag for tag, other in place.others if place.key in fields_by_key(other)), "")
 
 
 def _nearest(key: str, known: Mapping[str, FieldInfo], root: Model) -> str:

@@ -22,11 +22,15 @@ class Place:
         keys: names of tables and key, and list indices, from the root.
         table: schema of the table that holds the key.
         field: the key's own field, None where the schema has no such key.
+        kind: where ``table`` is one of several, the key that says which; empty elsewhere.
+        others: then, what the key would say of the others, and these.
     """
 
     keys: tuple[str | int, ...]
     table: Model
     field: FieldInfo | None
+    kind: str = ""
+    others: tuple[tuple[str, Model], ...] = ()
 
     @property
     def key(self) -> str:
@@ -60,10 +64,11 @@ def locate(location: Sequence[str | int], root: Model = ProjectFile) -> Place:
     table: Model = root
     place = Place((), table, None)
     rest = list(location)
+    kind, others = "", tuple[tuple[str, Model], ...]()
     while rest:
         key = rest.pop(0)
         field = fields_by_key(table).get(str(key))
-        place = Place((*place.keys, key), table, field)
+        place = Place((*place.keys, key), table, field, kind, others)
         if field is None:
             return place
         inner = tables_of(field)
@@ -72,9 +77,12 @@ def locate(location: Sequence[str | int], root: Model = ProjectFile) -> Place:
         if len(inner) > 1:
             if not rest or str(rest[0]) not in inner:
                 return place
-            table = inner[str(rest.pop(0))]
+            tag = str(rest.pop(0))
+            table = inner[tag]
+            kind = field.discriminator if isinstance(field.discriminator, str) else ""
+            others = tuple((name, model) for name, model in inner.items() if name != tag)
         else:
-            table = next(iter(inner.values()))
+            table, kind, others = next(iter(inner.values())), "", ()
     return place
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from servogen.reports.checks import Check, build_checks, step_checks
 from servogen.reports.count_tables import wcet_parts
 from servogen.reports.evidence_tables import evidence_parts
@@ -26,7 +28,7 @@ from servogen.reports.step_tables import build_parts, sil_parts
 from servogen.reports.tables import Missing, Section
 from servogen.reports.tiles import KeyFigure, cycles_tile
 from servogen.systems.servo_study import statements
-from servogen.systems.servo_task import TaskRow
+from servogen.systems.servo_task import CURRENT_KEY, TaskRow
 
 
 def make_servo_report(data: ServoReportData) -> str:
@@ -72,13 +74,14 @@ def _tiles(data: ServoReportData) -> list[KeyFigure]:
     mpc, chosen = _first(data, "MPC"), data.choice.chosen
     tiles = []
     if mpc is not None:
-        limit = data.servo.project.controller.mpc.current_limit_ma
+        shares = [b.share for b in mpc.bounds if b.key == CURRENT_KEY]
+        used = max(share for share in shares if not math.isnan(share))
         tiles += [
             KeyFigure("Largest error", f"{number(mpc.largest_error_deg, 3)}°", mpc.task),
             KeyFigure(
                 "Current",
                 f"{number(mpc.largest_current_ma, 3)} mA",
-                f"{percent(mpc.largest_current_ma / limit)} of the limit",
+                f"{percent(used)} of the limit",
             ),
         ]
     if chosen.count is not None:
@@ -118,7 +121,9 @@ def _study_check(data: ServoReportData) -> Check:
     if data.study is None:
         return Check(name, None, "not run", f"servogen study {data.toml}")
     if data.study.absent:
-        return Check(name, True, f"cannot be made here: {data.study.absent}")
+        return Check(name, None, f"cannot be made here: {data.study.absent}")
+    if data.study.faults:
+        return Check(name, False, "; ".join(data.study.faults))
     told = statements(data.study.tables)
     other = [text for text, holds in told if not holds]
     detail = f"{count(len(told), 'statement')} of the paper hold"

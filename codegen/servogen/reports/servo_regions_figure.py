@@ -10,6 +10,7 @@ from servogen.explicit.choose import Form
 from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tree import Tree
 from servogen.precision import FloatArray
+from servogen.reports.law_names import MEANING, law_names
 from servogen.reports.servo_data import ServoReportData
 from servogen.reports.slice_polygons import area, rectangle, section
 from servogen.reports.style import PATH_COLOUR, Figure, Trace, layout, plain
@@ -57,7 +58,7 @@ def slice_of(data: ServoReportData) -> tuple[FloatArray, FloatArray]:
     directions[layout_.reference, 0] = 1.0
     directions[layout_.increment, 1] = _turning(plant.a, plant.c) * plant.sample_time_s
     slope, _ = problem.qp.unconstrained()
-    limit = float(np.max(np.abs(problem.qp.upper[:1])))
+    limit = float(max(abs(problem.qp.lower[0]), abs(problem.qp.upper[0])))
     gain = np.abs(slope[0] @ directions)
     return directions, REACH * limit / np.maximum(gain, 1e-12 * float(np.max(gain)))
 
@@ -90,8 +91,9 @@ def regions_figure(data: ServoReportData) -> Figure | None:
         "Critical regions",
         f"A slice through {len(solution.regions)} regions with {solution.laws.count} laws of the "
         "first move: all references the same distance ahead, the axis turning at the speed shown, "
-        f"no current before. {len(pieces)} regions and {laws} laws meet it; colours are laws.",
-        _polygons(pieces),
+        f"no current before. {len(pieces)} regions and {laws} laws meet it; colours are laws, and "
+        f"the legend says what holds in each: {MEANING}.",
+        _polygons(pieces, law_names(solution)),
         shape,
         height=520,
     )
@@ -112,7 +114,7 @@ def _pieces(solution: ExplicitSolution, directions: FloatArray, reach: FloatArra
     return sorted(found[:MOST_REGIONS], key=lambda piece: piece[:2])
 
 
-def _polygons(pieces: list[Piece]) -> list[Trace]:
+def _polygons(pieces: list[Piece], meanings: list[str]) -> list[Trace]:
     traces: list[Trace] = []
     told: set[int] = set()
     for law, number, polygon in pieces:
@@ -121,7 +123,7 @@ def _polygons(pieces: list[Piece]) -> list[Trace]:
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": f"law {law + 1}",
+                "name": f"law {law + 1}: {meanings[law]}",
                 "legendgroup": f"law {law + 1}",
                 "showlegend": law not in told,
                 "x": plain(closed[:, 0]),
@@ -131,7 +133,7 @@ def _polygons(pieces: list[Piece]) -> list[Trace]:
                 "line": {"color": PATH_COLOUR, "width": 0.6},
                 "opacity": 0.8,
                 "hoveron": "fills",
-                "text": f"region {number + 1}, law {law + 1}",
+                "text": f"region {number + 1}, law {law + 1}: {meanings[law]}",
                 "hoverinfo": "text",
             }
         )
@@ -161,10 +163,12 @@ def tree_figure(data: ServoReportData) -> Figure | None:
                  [f"node {i}" for i in range(tree.inner)], PATH_COLOUR, "circle"),
     ]  # fmt: skip
     number = _numbers(chosen, shown_form(data))
+    assert chosen.solution is not None
+    meanings = dict(zip(number, law_names(chosen.solution), strict=True))
     for law in sorted({number[law] for _, law in leaves}):
         places = [spots[key] for key, own in leaves if number[own] == law]
-        told = [f"law {law + 1}"] * len(places)
-        traces.append(_markers(f"law {law + 1}", places, told, law_colour(law), "square"))
+        name = f"law {law + 1}: {meanings[law]}"
+        traces.append(_markers(name, places, [name] * len(places), law_colour(law), "square"))
     shape = layout("leaves in their order [1]", ["nodes passed [1]"])
     shape["yaxis"] |= {"autorange": "reversed", "dtick": 1}
     shape["xaxis"] |= {"showticklabels": False}
@@ -174,8 +178,10 @@ def tree_figure(data: ServoReportData) -> Figure | None:
         "tree",
         "Search tree",
         f"The tree that is emitted: {chosen.name}, {tree.nodes} nodes, depth {tree.depth}. To the "
-        "left where the height is not above the node's offset; squares are leaves, coloured by law"
-        f"{', behind which the first move is clipped' if chosen.name.startswith('clip') else ''}.",
+        "left where the height is not above the node's offset; squares are leaves, in the colours "
+        "that their laws have among the critical regions"
+        f"{', and the first move is clipped behind them' if chosen.name.startswith('clip') else ''}"
+        f". The legend says what holds where a law applies: {MEANING}.",
         traces,
         shape,
         height=420,

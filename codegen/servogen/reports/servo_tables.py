@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from servogen.explicit.choose import Form
+from servogen.project.limits import Limits, as_written
 from servogen.reports.numbers import NOTHING, fixed, number, percent
 from servogen.reports.servo_data import ServoReportData
 from servogen.reports.style import PATH_COLOUR, X_COLOUR, Y_COLOUR, Figure, layout, limit, line
@@ -20,7 +21,7 @@ from servogen.reports.tables import (
 )
 from servogen.systems.metrics import Bound
 from servogen.systems.servo_charts import Study
-from servogen.systems.servo_study import HORIZONS, PRINTED_MPC, PRINTED_PID, TrackingTable
+from servogen.systems.servo_study import HORIZONS, PRINTED_MPC, PRINTED_PID, TrackingTable, within
 from servogen.systems.servo_task import TaskRow
 
 
@@ -29,8 +30,8 @@ def forms_table(data: ServoReportData) -> Table:
     chosen = data.choice.chosen
     return Table(
         "Forms of the lookup",
-        ("form", "what it is", "laws", "multiply-adds", "additions", "comparisons", "in all",
-         "table numbers", "verdict"),
+        ("form", "what it is", "laws", "multiply-adds", "additions", "comparisons", "sign changes",
+         "in all", "table numbers", "verdict"),
         tuple(_form(form, form is chosen) for form in data.choice.forms),
         f"Operations of one lookup in the worst case, the estimator aside. Chosen: "
         f"{data.choice.reason}.",
@@ -41,13 +42,16 @@ def _form(form: Form, chosen: bool) -> tuple[Cell, ...]:
     none = Cell(NOTHING, MUTED, numeric=True)
     laws = none if form.solution is None else figure_cell(form.solution.laws.count)
     if form.count is None:
-        counts: tuple[Cell, ...] = (none,) * 5
+        counts: tuple[Cell, ...] = (none,) * 6
         verdict = Cell("cannot be had or cannot win", MUTED)
     else:
         c = form.count
         counts = tuple(
-            figure_cell(v) for v in (c.multiply_adds, c.additions, c.comparisons, c.work, c.numbers)
-        )
+            figure_cell(v)
+            for v in (
+                c.multiply_adds, c.additions, c.comparisons, c.sign_changes, c.work, c.numbers
+            )
+        )  # fmt: skip
         verdict = Cell("chosen", GOOD) if chosen else Cell("dearer", MUTED)
     return (text(form.name, "name"), text(form.note), laws, *counts, verdict)
 
@@ -60,7 +64,7 @@ def tracking_tables(study: Study) -> list[Table]:
         ("case", "hold", *(f"H_t = {h}" for h in HORIZONS), "PID"),
         tuple(rows),
         "Sum of the magnitudes of the error over the last cycle, H_t = H_u, as a share of "
-        "set-point tracking (H_t = 1).",
+        f"set-point tracking (H_t = 1); {within(table.case for table in study.tables)}.",
     )
     cells = tuple(
         (
@@ -125,7 +129,7 @@ def horizon_figure(study: Study) -> Figure:
         "horizons",
         "Error against the trajectory horizon",
         "Figures 7 and 8 of the paper in kind: summed error of the last cycle, set-point tracking "
-        "being 1.",
+        f"being 1; {within(table.case for table in study.tables)}.",
         traces,
         shape,
         height=560,
@@ -174,9 +178,14 @@ def _bound(row: TaskRow, bound: Bound) -> tuple[Cell, ...]:
         figure_cell(bound.worst, 5),
         figure_cell(bound.limit, 5),
         text(bound.unit),
-        Cell(percent(bound.worst / bound.limit), numeric=True),
+        Cell(NOTHING if np.isnan(bound.share) else percent(bound.share), numeric=True),
         verdict,
     )
+
+
+def _limits(limits: Limits) -> object:
+    written = as_written(limits)
+    return f"{limits[0]:g} to {limits[1]:g}" if isinstance(written, list) else written
 
 
 def design_tables(data: ServoReportData) -> list[Table]:
@@ -192,7 +201,7 @@ def design_tables(data: ServoReportData) -> list[Table]:
         "reference extension": project.controller.mpc.reference_extension.replace("_", " ")
         + " hold",
         "parameters of the program": mpc.problem.layout.size,
-        "current limit [mA]": project.controller.mpc.current_limit_ma,
+        "current limit [mA]": _limits(project.controller.mpc.current_limit_ma),
         "slowest pole of the filter": mpc.filter.decay,
         "one turn [deg]": mpc.turn or "none: the axis has ends",
     }

@@ -15,14 +15,14 @@ from servogen.reports.style import (
     Figure,
     Trace,
     layout,
-    limits,
+    limit,
     line,
     signal,
 )
 from servogen.systems.servo_figures import Disturbance, Waterfall
 from servogen.systems.servo_loop import DriveRun, Track
-from servogen.systems.servo_study import FAST
-from servogen.systems.servo_task import TaskRow
+from servogen.systems.servo_study import FAST, within
+from servogen.systems.servo_task import TRACKING_KEY, TaskRow
 
 _TIME = "time [s]"
 COLOURS = {"MPC": X_COLOUR, "PID": Y_COLOUR}
@@ -37,36 +37,49 @@ def task_figures(data: ServoReportData) -> list[Figure]:
 
 def _task(data: ServoReportData, index: int, name: str) -> Figure:
     runs = [(row, run) for row, run in data.runs if row.task == name]
-    limit = data.servo.project.controller.mpc.current_limit_ma
+    low, high = data.servo.project.controller.mpc.current_limit_ma
     traces: list[Trace] = []
     first = runs[0][1]
+    panels = {row.controller: 2 + i for i, (row, _) in enumerate(runs)}  # of the errors
+    last = 2 + len(panels)
     traces.append(
         line("reference", first.time_s, first.reference, PATH_COLOUR, line={"dash": "dot"})
     )
     for row, run in runs:
-        traces += _signals(row, run)
+        traces += _signals(row, run, panels[row.controller], last)
     span = (float(first.time_s[0]), float(first.time_s[-1]))
-    traces += limits(span, limit, 3)
+    traces += [limit("limit", span, high, last), limit("limit", span, low, last, shown=False)]
+    traces += _tracking_limit(runs[0][0], span)
     figures = "Figures 14 and 15" if index == 0 else "Figure 16"
     return Figure(
         f"task{index}",
         name.capitalize(),
         f"{figures} of the paper in kind, on the machine and through its encoder, with what "
-        "the project simulates inside. The error is output less reference.",
+        "the project simulates inside. Errors are output less reference, each controller's on an "
+        "axis of its own: compare the numbers, not the heights.",
         traces,
-        layout(_TIME, ["position [deg]", "error [deg]", "current [mA]"]),
+        layout(
+            _TIME,
+            ["position [deg]", *(f"{name} error [deg]" for name in panels), "current [mA]"],
+        ),
         linked=False,
-        height=620,
+        height=200 * last + 20,
     )
 
 
-def _signals(row: TaskRow, run: DriveRun) -> list[Trace]:
+def _tracking_limit(row: TaskRow, span: tuple[float, float]) -> list[Trace]:
+    """Of the MPC, whose errors are in the second panel."""
+    found = [bound.limit for bound in row.bounds if bound.key == TRACKING_KEY]
+    return [limit("limit", span, side * most, 2, False) for most in found for side in (1.0, -1.0)]
+
+
+def _signals(row: TaskRow, run: DriveRun, errors: int, last: int) -> list[Trace]:
     colour, group = COLOURS[row.controller], {"legendgroup": row.controller}
     hidden: dict[str, Any] = {**group, "showlegend": False}
     return [
         signal(row.controller, run.time_s, run.output, colour, 1, **group),
-        signal(row.controller, run.time_s, run.error, colour, 2, **hidden),
-        signal(row.controller, run.fine_time_s, run.current, colour, 3, **hidden, **_HELD),
+        signal(row.controller, run.time_s, run.error, colour, errors, **hidden),
+        signal(row.controller, run.fine_time_s, run.current, colour, last, **hidden, **_HELD),
     ]
 
 
@@ -91,7 +104,7 @@ def tracking_figure(track: Track, pid: DriveRun | None) -> Figure:
         "sine",
         f"Sine at {FAST.frequency_hz:g} Hz",
         "Figures 5 and 6 of the paper in kind: the MPC with a first-order hold and "
-        f"H_t = H_u = 8, state known, beside the PID; within {FAST.limit_ma / 1000.0:g} A.",
+        f"H_t = H_u = 8, state known, beside the PID; {within((FAST,))}.",
         traces,
         layout(_TIME, ["position [deg]", "error [deg]", "current [mA]"]),
         height=620,
@@ -118,8 +131,9 @@ def waterfall_figure(falls: tuple[tuple[str, Waterfall], ...], period_s: float) 
     return Figure(
         "waterfall",
         "Planned and given current",
-        "Figures 9 and 10 of the paper in kind, H_t = H_u = 4: every plan from its sample on. Mean "
-        f"distance from a plan's last input to what was given then: {told}.",
+        "Figures 9 and 10 of the paper in kind, H_t = H_u = 4: every plan from its sample on, "
+        f"{within((FAST,))}. Mean distance from a plan's last input to what was given then: "
+        f"{told}.",
         traces,
         layout(_TIME, titles),
         height=560,
@@ -148,9 +162,9 @@ def law_figure(pulled: Disturbance) -> Figure:
     return Figure(
         "laws",
         "Laws met under a pull on the load",
-        f"Figure 16 of the paper in kind: {abs(pulled.torque):.3g} N m, more than the current "
-        "limit can hold, then let go. Law 1 is the one without bounds; the others are numbered as "
-        "they appear.",
+        f"Figure 16 of the paper in kind: {abs(pulled.torque):.3g} N m, more than the project's "
+        "own current limit can hold, then let go. Law 1 is the one without bounds; the others are "
+        "numbered as they appear.",
         traces,
         shape,
         height=600,

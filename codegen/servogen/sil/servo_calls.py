@@ -33,7 +33,8 @@ def mpc_calls(parts: ServoParts, rng: np.random.Generator, count: int) -> Iterat
             signal = design.problem.constraints.signal
             if signal is not None and rng.random() < 0.5:  # beyond the bounds of (12)
                 side = rng.choice([-1.0, 1.0])
-                start = side * (signal.bounds.upper - 0.3 * _swing(design.reach))
+                bound = signal.bounds.upper if side > 0.0 else signal.bounds.lower
+                start = bound - side * 0.3 * _swing(design.reach)
                 path = side * np.abs(path)
             path = start + path
             reset = Call("reset", {"position": _port(_told(start, design.turn, design.reach))})
@@ -57,7 +58,7 @@ def pid_calls(design: PidDesign, rng: np.random.Generator, count: int) -> Iterat
     position: FloatArray = np.zeros(1)
     speed, path = 0.0, np.zeros((0, 1))
     # a mass that the limit accelerates within a tenth of a second to a swing in that time
-    push = 10.0 * _swing(design.reach) / design.current_limit
+    push = 10.0 * _swing(design.reach) / max(-design.current_low, design.current_high)
     for index in range(count):
         k = index % _STRETCH
         if k == 0:

@@ -33,7 +33,7 @@ def entry_points(package: CPackage) -> list[str]:
     names = []
     for d in package.declarations:
         names.append(f"{d.prefix}_init")
-        names += [f"{d.prefix}_{op.name}" for op in d.operations]
+        names += [f"{d.prefix}_{op.name}" for op in d.entries]
     return names
 
 

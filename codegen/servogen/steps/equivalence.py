@@ -76,10 +76,12 @@ class SilResult:
             if not s.agreement.passed
         ]
         for check in self.loops:
-            state = "kept" if check.end.kept else "BROKEN"
+            state = "kept" if check.end.kept else f"BROKEN: {'; '.join(check.end.faults)}"
+            short = check.whole and not check.end.complete
             lines.append(
                 f"          {check.precision} {check.loop.name}: {check.end.periods} "
-                f"{check.loop.steps}, constraints {state}{'' if check.passed else ', FAILED'}"
+                f"{check.loop.steps}{', not finished' if short else ''}, constraints {state}"
+                f"{'' if check.passed else ', FAILED'}"
             )
         return lines
 
@@ -111,6 +113,7 @@ class SilResult:
                     "whole_path": check.whole,
                     "complete": check.end.complete,
                     "constraints_kept": check.end.kept,
+                    "faults": list(check.end.faults),
                     "passed": check.passed,
                 }
                 for check in self.loops

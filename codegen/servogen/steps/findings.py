@@ -58,7 +58,8 @@ def proof_finding(proof: Proof, bench: Bench, progress: Progress) -> Finding:
     if proof.absent:
         summary = f"does not apply: {proof.absent}"
         return Finding(proof.name, True, summary, {}, bench.digests, applies=False)
-    return _of_claims(proof.name, proof.prove(progress), bench)
+    packages = [subject.package for subject in bench.subjects]
+    return _of_claims(proof.name, proof.prove(packages, progress), bench)
 
 
 def _of_claims(check: str, claims: Sequence[Claim], bench: Bench) -> Finding:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,6 +10,7 @@ from servogen.controllers.design import Declaration
 from servogen.controllers.pid import Pid
 from servogen.controllers.servo_parts import ServoParts
 from servogen.emit.package import CPackage
+from servogen.emit.read_back import read_back
 from servogen.explicit.choose import Choice
 from servogen.precision import PRECISIONS, Precision
 from servogen.progress import Progress
@@ -24,7 +25,9 @@ from servogen.steps.system import ClosedLoop, Findings, LoopEnd, Proof
 from servogen.systems.claims import Claim
 from servogen.systems.servo_drive import ServoDrive, lookup_choice, servo_drive, servo_parts
 from servogen.systems.servo_loop import Loop, MpcLoop, PidLoop
-from servogen.systems.servo_proofs import move_claims, region_claims, tree_claims
+from servogen.systems.servo_moves import move_claims
+from servogen.systems.servo_proofs import region_claims, tree_claims
+from servogen.systems.servo_tables import Emitted, edge_claims, table_claims
 from servogen.systems.servo_task import Task, judge_task, reference_task, run_task
 
 PROOFS = {"regions": "Critical regions cover", "tree": "Search tree proved"}
@@ -67,6 +70,7 @@ class ServoSystem:
                     "multiply_adds": None if form.count is None else form.count.multiply_adds,
                     "additions": None if form.count is None else form.count.additions,
                     "comparisons": None if form.count is None else form.count.comparisons,
+                    "sign_changes": None if form.count is None else form.count.sign_changes,
                     "table_numbers": None if form.count is None else form.count.numbers,
                 }
                 for form in self.choice.forms
@@ -78,7 +82,7 @@ class ServoSystem:
         solved = any(form.solution is not None for form in self.choice.forms)
         no_regions = "" if solved else "no form of the lookup enumerates regions"
         return (
-            Proof("regions", PROOFS["regions"], lambda _: region_claims(self.choice), no_regions),
+            Proof("regions", PROOFS["regions"], self._regions, no_regions),
             Proof("tree", PROOFS["tree"], self._tree),
         )
 
@@ -131,7 +135,7 @@ class ServoSystem:
         def run(own: Repeating, periods: int | None, advance: Callable[[], None]) -> LoopEnd:
             done = run_task(self.servo, task, loop(own), periods, advance)
             row = judge_task(self.servo, controller, task, done)
-            return LoopEnd(row.samples, row.samples == task.samples, row.passed)
+            return LoopEnd(row.samples, row.samples == task.samples, tuple(row.broken))
 
         return run
 
@@ -156,11 +160,21 @@ class ServoSystem:
             )
         )
 
-    def _tree(self, progress: Progress) -> list[Claim]:
-        """Of the trees, of the tables, and of what they give in either precision."""
-        claims = tree_claims(self.choice, self.parts, progress)
+    def _regions(self, packages: Sequence[CPackage], progress: Progress) -> list[Claim]:
+        return region_claims(self.choice, self.parts.mpc.problem.qp, progress)
+
+    def _tree(self, packages: Sequence[CPackage], progress: Progress) -> list[Claim]:
+        """Of the trees, of the tables in the C, and of what they give in either precision."""
+        problem, prefix = self.parts.mpc.problem.qp, self.parts.lookup.prefix
+        texts = [read_back(package, prefix) for package in packages]
+        emitted = [Emitted(own.precision, own.tables, own.dimensions) for own in texts]
+        claims = tree_claims(self.choice, progress)
+        for own in emitted:
+            claims += table_claims(self.choice.chosen, problem, own)
+        claims += edge_claims(problem, emitted)
         for precision in PRECISIONS.values():
-            claims += move_claims(self.in_precision(precision))
+            design = self.in_precision(precision).lookup
+            claims += move_claims(problem, self.choice, design, progress)
         return claims
 
 

@@ -41,11 +41,17 @@ class Simulation(Result, Protocol):
 
 @dataclass(frozen=True)
 class LoopEnd:
-    """How a closed loop ended: after so many periods, finished or not, its limits kept or not."""
+    """How a closed loop ended: after so many periods, finished or not, with a sentence for every
+    limit that its controller has to keep and did not. How well it tracks is no such limit."""
 
     periods: int
     complete: bool
-    kept: bool
+    faults: tuple[str, ...] = ()
+
+    @property
+    def kept(self) -> bool:
+        """Whether every limit was."""
+        return not self.faults
 
 
 @dataclass(frozen=True)
@@ -72,16 +78,17 @@ class ClosedLoop:
 
 @dataclass(frozen=True)
 class Proof:
-    """Claims about a design, proved without the emitted C.
+    """Claims about a design, and about the numbers in the C that is emitted for it.
 
     Attributes:
         name, title: on the certificate.
-        prove: the claims; none where ``absent`` says why there is nothing to claim.
+        prove: the claims, given the packages of every precision; none where ``absent`` says why
+            there is nothing to claim.
     """
 
     name: str
     title: str
-    prove: Callable[[Progress], Sequence[Claim]]
+    prove: Callable[[Sequence[CPackage], Progress], Sequence[Claim]]
     absent: str = ""
 
 

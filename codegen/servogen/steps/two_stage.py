@@ -57,8 +57,8 @@ class TwoStage:
     def proofs(self) -> tuple[Proof, ...]:
         alone = "" if self.tuning.horizon else "this controller solves no program"
         return (
-            Proof("sets", PROOFS["sets"], lambda _: self._sets()),
-            Proof("terminal", PROOFS["terminal"], lambda _: self._terminal(), alone),
+            Proof("sets", PROOFS["sets"], lambda _, __: self._sets()),
+            Proof("terminal", PROOFS["terminal"], lambda _, __: self._terminal(), alone),
         )
 
     def in_precision(self, precision: Precision) -> CascadeDesign:
@@ -82,8 +82,8 @@ class TwoStage:
             except Stalled as stalled:
                 told = f"the closed loop in {precision.name} stalled: {stalled}"
                 raise CheckFailed(told) from stalled
-            kept = all(bound.passed for bound in bounds(ended))
-            return LoopEnd(ended.periods, ended.complete, kept)
+            faults = tuple(bound.fault for bound in bounds(ended) if not bound.passed)
+            return LoopEnd(ended.periods, ended.complete, faults)
 
         total = int(np.ceil(len(machine.timed.points) / machine.ratio))
         prefix = design.prefix

@@ -44,11 +44,7 @@ class SimulateResult:
         row = self.row
         found = [] if row.complete else ["the path was not finished"]
         found += [] if row.followed else ["the reference left the path or skipped points"]
-        found += [
-            f"{b.name} at {b.where} reached {b.worst:.6g} of {b.limit:.6g} {b.unit}"
-            for b in row.bounds
-            if not b.passed
-        ]
+        found += [b.fault for b in row.bounds if not b.passed]
         if row.contour_error_m > self.contour_limit_m:
             found.append(
                 f"contour error {1e6 * row.contour_error_m:.2f} um of "

@@ -21,7 +21,9 @@ _CHUNK = 20_000
 
 @dataclass(frozen=True)
 class Bound:
-    """One constraint over a run, the worse of both axes: ``worst`` against ``limit``."""
+    """One constraint over a run, the worse of both axes: ``worst`` against ``limit``, which it may
+    not exceed or, with ``below``, not fall below; ``key``: of the project file, where one sets the
+    limit."""
 
     name: str
     unit: str
@@ -29,14 +31,33 @@ class Bound:
     limit: float
     where: str
     enforced: bool
+    below: bool = False
+    key: str = ""
 
     @property
     def violation(self) -> float:
-        return max(self.worst - self.limit, 0.0)
+        over = self.limit - self.worst if self.below else self.worst - self.limit
+        return max(over, 0.0)
 
     @property
     def passed(self) -> bool:
         return not self.enforced or self.violation <= VIOLATION_TOLERANCE
+
+    @property
+    def share(self) -> float:
+        """Of the way from zero to the limit; NaN where zero lies beyond it."""
+        if self.limit == 0.0 or (self.limit < 0.0) != self.below:
+            return float("nan")
+        return max(self.worst / self.limit, 0.0)
+
+    @property
+    def fault(self) -> str:
+        """What is said where it is broken."""
+        key = f" ({self.key})" if self.key else ""
+        return (
+            f"{self.name} at {self.where} reached {self.worst:.6g} of {self.limit:.6g} "
+            f"{self.unit}{key}"
+        )
 
 
 @dataclass(frozen=True)

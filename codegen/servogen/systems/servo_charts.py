@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from servogen.errors import InputError
 from servogen.progress import Progress
 from servogen.systems.servo_drive import ServoDrive, tracking_problem
@@ -47,6 +49,15 @@ class Study:
     waterfalls: tuple[tuple[str, Waterfall], ...] = ()
     disturbance: Disturbance | None = None
     absent: str = ""
+
+    @property
+    def faults(self) -> list[str]:
+        """One sentence for each table with an error that is none."""
+        return [
+            f"at {table.case.frequency_hz:g} Hz a controller does not hold the axis"
+            for table in self.tables
+            if not np.all(np.isfinite([*table.zero_order, *table.first_order[1:]]))
+        ]
 
 
 def whole_study(servo: ServoDrive, progress: Progress) -> Study:

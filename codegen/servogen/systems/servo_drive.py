@@ -28,18 +28,29 @@ from servogen.plants.sampled import Sampled
 from servogen.plants.two_mass import TwoMass
 from servogen.precision import PRECISIONS, Precision
 from servogen.progress import Progress
+from servogen.project.limits import Limits
 from servogen.project.servo_load import ServoProject
-from servogen.project.servo_schema import DesignModel, MatricesDrive, PidTable
+from servogen.project.servo_schema import DesignModel, MatricesDrive, PidTable, as_numbers
+from servogen.project.translate import value_text
 from servogen.qp.errors import ProgramError
 from servogen.sets.errors import SetError
 
+# Over the horizon a mode may grow by this much at most, and by this much before it, rather than the
+# weights, is to blame for a program whose numbers are lost: a float64 has sixteen digits.
+MOST_GROWTH, SOME_GROWTH = 1e12, 1e3
 # A design's quantity and the key of the file that it comes from.
+_MPC_KEYS = {
+    "prediction": "prediction_horizon",
+    "trajectory": "trajectory_horizon",
+    "control": "control_horizon",
+    "output": "weight_error",
+    "change": "weight_change",
+}
 _KEYS = {
-    "disturbance_noise": "controller.estimator.disturbance_step_ma",
     "measurement_noise": "controller.estimator.measurement_noise_deg",
     "turn": "axis.turn_deg",
     "reach": "axis.position_range_deg",
-    "notch": "controller.pid.notch",
+    "notch": "controller.pid.notch.denominator",
 }
 
 
@@ -78,7 +89,10 @@ def servo_drive(project: ServoProject) -> ServoDrive:
             drive = masses.sampled(sampling.sample_time_s)
             fine = masses.disturbed(sampling.current_sample_time_s)
     except PlantError as error:
-        raise project.fault(f"drive.{error.key}", error.value, error.expected) from error
+        if isinstance(model, MatricesDrive) or hasattr(model, error.key):
+            raise project.fault(f"drive.{error.key}", error.value, error.expected) from error
+        said = "one whose sampled matrices are not finite"
+        raise project.fault("drive", said, "a slower drive, or a shorter sample time") from error
     own = project.controller.mpc.model
     plant = drive if own is None else _matrices(own, sampling.sample_time_s)
     return ServoDrive(project, plant, drive, fine, project.ratio)
@@ -106,6 +120,7 @@ def tracking_problem(
     """
     mpc = servo.project.controller.mpc
     control = mpc.control_horizon if trajectory is None else trajectory
+    _require_growth_below(servo, MOST_GROWTH)
     try:
         horizons = Horizons(mpc.prediction_horizon, trajectory or mpc.trajectory_horizon, control)
         if trajectory is not None and len(mpc.weight_change) > 1:
@@ -118,20 +133,56 @@ def tracking_problem(
         )
         step, bound = mpc.current_step_limit_ma, mpc.position_bound_deg
         constraints = Constraints(
-            Bounds.symmetric([limit_ma or mpc.current_limit_ma]),
-            None if step is None else Bounds.symmetric([step]),
+            _bounds(mpc.current_limit_ma if limit_ma is None else (-limit_ma, limit_ma)),
+            None if step is None else _bounds(step),
             None
             if bound is None
-            else SignalBounds(servo.plant.c, Bounds.symmetric([bound]), horizons.prediction),
+            else SignalBounds(
+                servo.plant.c,
+                _bounds(bound),
+                horizons.prediction,
+                mpc.position_bound_samples or (),
+            ),
         )
         return tracking_qp(
             servo.plant, horizons, extension or mpc.reference_extension, weights, constraints
         )
     except DesignError as error:
-        key = f"controller.mpc.{error.key}"
+        key = f"controller.mpc.{_MPC_KEYS.get(error.key, error.key)}"
         raise servo.project.fault(key, error.value, error.expected) from error
-    except ValueError as error:
-        raise servo.project.fault("controller.mpc", None, f"a convex problem: {error}") from error
+    except ProgramError as error:
+        _require_growth_below(servo, SOME_GROWTH)
+        told, beside = (as_numbers(each) for each in (mpc.weight_change, mpc.weight_error))
+        expected = f"one that is not lost beside weight_error = {value_text(beside)}"
+        raise servo.project.error("controller.mpc.weight_change", told, expected) from error
+
+
+def _require_growth_below(servo: ServoDrive, most: float) -> None:
+    """Refuse a model one of whose modes grows by more than that over the prediction horizon."""
+    steps = servo.project.controller.mpc.prediction_horizon
+    simulated = "drive.a" if isinstance(servo.project.drive, MatricesDrive) else "drive"
+    for key, plant in ((_model_key(servo, "a"), servo.plant), (simulated, servo.drive)):
+        modes = np.linalg.eigvals(plant.a)
+        fastest = complex(modes[np.argmax(np.abs(modes))])
+        decades = steps * np.log10(max(abs(fastest), 1e-300))
+        if decades > np.log10(most):
+            shown = f"{fastest:.4g}" if fastest.imag else f"{fastest.real:.4g}"
+            said = (
+                f"unstable: its mode at z = {shown} grows by 1e{decades:.0f} over {steps} samples"
+            )
+            expected = "a model that grows less, or a shorter controller.mpc.prediction_horizon"
+            raise servo.project.fault(key, said, expected)
+
+
+def _model_key(servo: ServoDrive, name: str) -> str:
+    """The key of one of the matrices that the controller is designed on."""
+    if servo.project.controller.mpc.model is not None:
+        return f"controller.mpc.model.{name}"
+    return f"drive.{name}" if isinstance(servo.project.drive, MatricesDrive) else "drive"
+
+
+def _bounds(limits: Limits) -> Bounds:
+    return Bounds(np.array([limits[0]]), np.array([limits[1]]))
 
 
 def mpc_design(
@@ -181,6 +232,7 @@ def pid_design(
     project, pid = servo.project, servo.project.controller.pid
     if pid is None:
         return None
+    low, high = project.controller.mpc.current_limit_ma
     try:
         return PidDesign(
             prefix=f"{project.name}_pid",
@@ -191,7 +243,8 @@ def pid_design(
             notch=_notch(pid),
             sample_time_s=project.sampling.sample_time_s,
             ratio=servo.ratio,
-            current_limit=limit_ma or project.controller.mpc.current_limit_ma,
+            current_low=low if limit_ma is None else -limit_ma,
+            current_high=high if limit_ma is None else limit_ma,
             reach=project.axis.position_range_deg,
             turn=float(project.axis.turn_deg),
         )
@@ -209,14 +262,11 @@ def lookup_choice(
     """
     program, limits = problem or tracking_problem(servo), servo.project.controller.lookup
     try:
-        return choose(program.qp, limits.max_regions, limits.search_nodes, progress)
-    except ProgramError as error:
+        return choose(
+            program.qp, limits.max_regions, limits.search_nodes, progress, limits.max_nodes
+        )
+    except (ProgramError, SetError) as error:
         raise _unsolved(servo, error) from error
-    except SetError as error:
-        # a linear program among its regions that neither of two solvers settles
-        said = "a program whose regions its numbers do not tell apart"
-        expected = "fewer constraints, or a shorter prediction_horizon for position_bound_deg"
-        raise servo.project.fault("controller.mpc", said, expected) from error
 
 
 def servo_parts(
@@ -247,23 +297,39 @@ def servo_parts(
             servo.project.controller.lookup.max_regions,
             progress=progress,
         )
-    except (DesignError, ProgramError) as error:
+    except (DesignError, ProgramError, SetError) as error:
         raise _unsolved(servo, error) from error
     return ServoParts(mpc, lookup, pid_design(servo, precision=mpc.precision))
 
 
-def _unsolved(servo: ServoDrive, error: DesignError | ProgramError) -> InputError:
+def _unsolved(servo: ServoDrive, error: DesignError | ProgramError | SetError) -> InputError:
     """A program without an explicit solution, or whose solution the precision cannot hold."""
+    project, remedy = servo.project, _remedy(servo)
+    limits = project.controller.lookup
     if error.key == "number of regions":
-        limit = servo.project.controller.lookup.max_regions
-        expected = (
-            f"room for {error.value} regions, or a shorter controller.mpc.control_horizon or fewer "
-            "constraints"
-        )
-        return servo.project.error("controller.lookup.max_regions", limit, expected)
+        expected = f"room for {error.value} regions, or {remedy}"
+        return project.error("controller.lookup.max_regions", limits.max_regions, expected)
+    if error.key == "number of tree nodes":
+        expected = f"room for {error.value} nodes, or {remedy}"
+        return project.error("controller.lookup.max_nodes", limits.max_nodes, expected)
+    if isinstance(error, SetError) or error.key in ("set of facets", "search tree"):
+        # linear programs among its regions that neither of two solvers settles, and the like
+        said = "a program whose regions its numbers do not tell apart"
+        return project.fault("controller.mpc", said, remedy)
     told = "will not do" if error.value is None else f"is {error.value}"
-    return servo.project.fault(
-        "controller.mpc", f"a program whose {error.key} {told}", error.expected
+    return project.fault("controller.mpc", f"a program whose {error.key} {told}", error.expected)
+
+
+def _remedy(servo: ServoDrive) -> str:
+    """What makes a program smaller."""
+    mpc = servo.project.controller.mpc
+    if mpc.position_bound_deg is None:
+        return "a shorter controller.mpc.control_horizon or fewer constraints"
+    samples = mpc.position_bound_samples or range(1, mpc.prediction_horizon + 1)
+    few = "position bounds at fewer samples than the "
+    return (
+        f"{few}{len(samples)} they hold at (controller.mpc.position_bound_samples, such as "
+        f"[1, {min(10, mpc.prediction_horizon)}]), or a shorter controller.mpc.control_horizon"
     )
 
 
@@ -277,5 +343,18 @@ def _notch(pid: PidTable) -> Notch | None:
 
 
 def _placed(servo: ServoDrive, error: DesignError) -> InputError:
+    fault = servo.project.fault
+    match error.key:
+        case "c":
+            return fault(_model_key(servo, "c"), error.value, error.expected)
+        case "disturbance_noise":  # a load acts where the current does
+            expected = "a model whose current reaches every mode that does not decay"
+            return fault(_model_key(servo, "b"), error.value, expected)
+        case "plant":
+            expected = (
+                f"{error.expected}, or a ratio of controller.estimator.disturbance_step_ma to "
+                "measurement_noise_deg that is less extreme"
+            )
+            return fault(_model_key(servo, "a"), "a model without a Kalman filter", expected)
     model = "drive" if servo.project.controller.mpc.model is None else "controller.mpc.model"
-    return servo.project.fault(_KEYS.get(error.key, model), error.value, error.expected)
+    return fault(_KEYS.get(error.key, model), error.value, error.expected)

@@ -55,6 +55,12 @@ AS_PRINTED = Case(10.0, 1000.0, 5)
 PRINTED_MPC, PRINTED_PID = 0.0643, 0.5021
 
 
+def within(cases: Iterable[Case]) -> str:
+    """What a caption says of the currents of cases: they are not the project's."""
+    told = [f"{case.limit_ma / 1000.0:g} A at {case.frequency_hz:g} Hz" for case in cases]
+    return f"within {' and '.join(told)}, whatever the project's own current limit"
+
+
 @dataclass(frozen=True)
 class TrackingTable:
     """Summed magnitudes of the error over the last cycle, as shares of those of set-point tracking

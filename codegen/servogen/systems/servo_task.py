@@ -9,6 +9,8 @@ import numpy as np
 
 from servogen.controllers.design import Status
 from servogen.plants.two_mass import MILLIAMPERES
+from servogen.precision import FloatArray
+from servogen.project.limits import Limits
 from servogen.project.servo_schema import MatricesDrive
 from servogen.systems.metrics import Bound
 from servogen.systems.servo_drive import ServoDrive
@@ -20,6 +22,8 @@ REST_S = 0.1  # standing still after the motion, so that the end is seen
 # where a sample lasts 500 us. In samples, so that slower and faster axes have as much of it.
 PULL_BEGIN, PULL_END, PULL_RUN = 500, 700, 1400
 PULL_SHARE = 4.0 / 3.0
+CURRENT_KEY = "controller.mpc.current_limit_ma"
+TRACKING_KEY = "target.tracking_error_limit_deg"
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,8 @@ def pull_torque(servo: ServoDrive) -> float | None:
     drive = servo.project.drive
     if isinstance(drive, MatricesDrive):
         return None
-    limit = servo.project.controller.mpc.current_limit_ma
+    low, high = servo.project.controller.mpc.current_limit_ma
+    limit = high if high > 0.0 else low  # against the side that has any
     return -PULL_SHARE * limit * drive.torque_constant_n_m_per_a / MILLIAMPERES
 
 
@@ -59,7 +64,12 @@ def pull_task(servo: ServoDrive) -> Task | None:
     def load(time_s: float) -> float:
         return torque if begin <= time_s < end else 0.0
 
-    return Task("pull on the load", np.zeros_like, PULL_RUN, load)
+    start = servo.project.reference.start_deg
+
+    def rest(time_s: FloatArray) -> FloatArray:
+        return np.full_like(time_s, start)
+
+    return Task("pull on the load", rest, PULL_RUN, load)
 
 
 def run_task(
@@ -99,19 +109,27 @@ class TaskRow:
     @property
     def faults(self) -> list[str]:
         """One sentence for each check that failed."""
-        who = f"{self.controller}, {self.task}"
-        found = [
-            f"{who}: {b.name} at {b.where} reached {b.worst:.6g} of {b.limit:.6g} {b.unit}"
-            for b in self.bounds
-            if not b.passed
-        ]
+        return [*self.broken, *(self._told(b) for b in self.bounds if _aim(b) and not b.passed)]
+
+    @property
+    def broken(self) -> list[str]:
+        """Those of them about limits that a controller has to keep, however well it tracks."""
+        found = [self._told(b) for b in self.bounds if not _aim(b) and not b.passed]
         bad = {name: count for name, count in self.statuses.items() if name != Status.OK.name}
         told = ", ".join(f"{name} {count}" for name, count in bad.items())
+        who = f"{self.controller}, {self.task}"
         return [*found, *([f"{who}: not every status is OK: {told}"] if bad else [])]
+
+    def _told(self, bound: Bound) -> str:
+        return f"{self.controller}, {self.task}: {bound.fault}"
 
     @property
     def passed(self) -> bool:
         return not self.faults
+
+
+def _aim(bound: Bound) -> bool:
+    return bound.key == TRACKING_KEY
 
 
 def judge_task(servo: ServoDrive, controller: str, task: Task, run: DriveRun) -> TaskRow:
@@ -135,23 +153,40 @@ def judge_task(servo: ServoDrive, controller: str, task: Task, run: DriveRun) ->
 def _bounds(servo: ServoDrive, mpc: bool, task: Task, run: DriveRun) -> list[Bound]:
     project = servo.project
     settings = project.controller.mpc
-    most = float(np.max(np.abs(run.current)))
     fine = f"{project.sampling.current_sample_time_s * 1e6:g} us"
-    found = [Bound("current", "mA", most, settings.current_limit_ma, fine, True)]
     samples = f"{project.sampling.sample_time_s * 1e6:g} us"
-    if settings.current_step_limit_ma is not None:
+    current, change = settings.current_limit_ma, settings.current_step_limit_ma
+    found = _sides("current", "mA", run.current, current, fine, True, CURRENT_KEY)
+    if change is not None:
         held = np.append(0.0, run.current[:: servo.ratio])
-        step = float(np.max(np.abs(np.diff(held))))
-        limit = settings.current_step_limit_ma
         # a step may round: its limit is added to the last current
-        slack = 2.0**-23 * settings.current_limit_ma
-        found.append(Bound("change of current", "mA", step, limit + slack, samples, mpc))
+        slack = 2.0**-23 * max(-current[0], current[1])
+        limits = (change[0] - slack, change[1] + slack)
+        key = "controller.mpc.current_step_limit_ma"
+        found += _sides("change of current", "mA", np.diff(held), limits, samples, mpc, key)
     if settings.position_bound_deg is not None:
         # the program keeps the position that it predicts, so what the plant does is reported
-        reached = float(np.max(np.abs(run.output)))
-        found.append(Bound("position", "deg", reached, settings.position_bound_deg, samples, False))
+        limits, key = settings.position_bound_deg, "controller.mpc.position_bound_deg"
+        found += _sides("position", "deg", run.output, limits, samples, False, key)
     limit_deg = project.target.tracking_error_limit_deg
     if limit_deg is not None and task.load is None:
         worst = float(np.max(np.abs(run.error)))
-        found.append(Bound("tracking error", "deg", worst, limit_deg, samples, mpc))
+        found.append(
+            Bound("tracking error", "deg", worst, limit_deg, samples, mpc, key=TRACKING_KEY)
+        )
     return found
+
+
+def _sides(
+    name: str, unit: str, values: FloatArray, limits: Limits, where: str, enforced: bool, key: str
+) -> list[Bound]:
+    """Limits that are the same to either side are one bound, others two."""
+    low, high = limits
+    if low == -high:
+        worst = float(np.max(np.abs(values)))
+        return [Bound(name, unit, worst, high, where, enforced, key=key)]
+    most, least = float(np.max(values)), float(np.min(values))
+    return [
+        Bound(f"highest {name}", unit, most, high, where, enforced, key=key),
+        Bound(f"lowest {name}", unit, least, low, where, enforced, below=True, key=key),
+    ]

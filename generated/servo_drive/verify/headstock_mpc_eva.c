@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design efe801d2719c8dc75bafa58505b38e021bc824e3869eb17f752cb44b199a2f8b.
+ * Design 194d8956393bab306f4e51be322f6fe719d57e926f5156d4a75b3bef48eebba1.
  *
  * What Frama-C Eva is given of headstock_mpc: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract headstock_mpc_contract.c promises to the callers.
