@@ -1,4 +1,4 @@
-"""What a controller declares for the iteration that solves its quadratic program, whichever it is."""
+"""What a controller declares for the iteration that solves its quadratic program."""
 
 from __future__ import annotations
 
@@ -90,8 +90,8 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationPa
 def active_set_parts(tables: ActiveSetTables) -> IterationParts:
     """Of the dual active-set method on rows of either kind.
 
-    The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP and, with rows of a plant, ORDER, ROWS_PER_STEP and
-    TERMINAL_ROWS.
+    The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP, ROWS_PER_STEP,
+    TERMINAL_ROWS and, with rows of a plant, ORDER.
     """
     rows = tables.rows
     n = rows.variables

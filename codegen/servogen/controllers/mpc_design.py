@@ -163,7 +163,9 @@ def _iteration_parts(design: MpcDesign) -> IterationParts:
         ("above", "ROWS"),
         ("rows", "ROWS"),
     )
-    scratch = (StateField(name, "workspace, no meaning between calls", size) for name, size in workspace)
+    scratch = (
+        StateField(name, "workspace, no meaning between calls", size) for name, size in workspace
+    )
     return replace(
         parts,
         tables=(*parts.tables, Table("start_scale", 1.0 / design.qp.state_scale, "states to rows")),

@@ -21,9 +21,8 @@ from servogen.precision import FloatArray, Precision
 from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
 
-
-# No input is beyond it, so that the square of a sum of them stays a number; a bound that is not there
-# is this far out.
+# No input is beyond it, so that the square of a sum of them stays a number; a bound that is not
+# there is this far out.
 LARGEST = {"float64": 1e100, "float32": 1e12}
 
 
@@ -106,7 +105,10 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
             Constant("tolerance", float(t.accept), "violation of a bound accepted"),
             *parts.constants,
         ),
-        tables=(*parts.tables, *([Table("scale", design.scale, "of the bounds")] if scaled else [])),
+        tables=(
+            *parts.tables,
+            *([Table("scale", design.scale, "of the bounds")] if scaled else []),
+        ),
         state=(
             *parts.state,
             *rest,

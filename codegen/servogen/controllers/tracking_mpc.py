@@ -10,9 +10,9 @@ from servogen.controllers.arithmetic import cast, check_port
 from servogen.controllers.design import Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_bounds
 from servogen.precision import FloatArray
-from servogen.qp.ordered import matvec
 from servogen.qp.dual_active_set import ActiveSetTables, WorkingSet, empty_set
 from servogen.qp.dual_active_set import solve as solve_active_set
+from servogen.qp.ordered import matvec
 from servogen.qp.pqp import shift_duals, solve
 
 

@@ -88,9 +88,9 @@ class Mpc(Section):
 class Solver(Section):
     """The parallel quadratic programming iteration (20)-(21)."""
 
-    method: Annotated[
-        Literal["pqp", "active_set"], Field(description="how the dual is solved")
-    ] = "pqp"
+    method: Annotated[Literal["pqp", "active_set"], Field(description="how the dual is solved")] = (
+        "pqp"
+    )
     iteration_cap: Annotated[
         Literal["target"] | Annotated[int, Field(ge=1, le=MAX_ITERATIONS)],
         told(

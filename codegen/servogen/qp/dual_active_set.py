@@ -5,9 +5,9 @@ sign of the side at which they hold, S = A_W H^-1 A_W' = L D L' and V = H^-1 A_W
 
     z = z_unc - V lambda,    S (lambda* - lambda) = A_W z - b_W.
 
-The multipliers lambda* at which the rows of W hold are found from what they miss at present, that of
-the row appended last, and of all of them where rounding has left more than ``accept``. One iteration is one of three things,
-and every one of them raises the dual cost or shortens W:
+The multipliers lambda* at which the rows of W hold are found from what they miss at present: the
+row appended last, and all of them where rounding has left more than ``accept``. One iteration is one
+of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
@@ -65,9 +65,9 @@ def active_set_tables(
 ) -> ActiveSetTables:  # fmt: skip
     """Tables of H (N, N) and A, ``written`` (m, N) out and as ``rows``; rounded once.
 
-    A set is kept from half the variables on: to factor one anew costs its size times the cost of an
-    iteration, and a set that large belongs to a machine that stays at its limits, where the same rows
-    hold at the next sample; a small one moves towards the present with the horizon.
+    A set is kept from half the variables on: to factor one anew costs its size times an iteration,
+    and one that large belongs to a machine that stays at its limits, where the same rows hold at the
+    next sample; a small one moves towards the present with the horizon.
     """
     # with a unit diagonal: a variable in metres beside one in nanometres costs no digits
     unit = 1.0 / np.sqrt(np.diag(hessian))
@@ -99,7 +99,8 @@ class WorkingSet:
 
     Attributes:
         size: q, rows in the set. row, side: (N,) which, and 1 for the upper side, -1 the lower.
-        factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters. pivots: (N,) 1 / D.
+        factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters.
+        pivots: (N,) 1 / D.
         vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
         slot: (N,) where a row of the set has its vector; the rest are free.
         dual: (N,) multipliers.

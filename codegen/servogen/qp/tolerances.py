@@ -89,7 +89,7 @@ class DualMethodTolerances:
 
 # Of the active-set method that is emitted. What the working set leaves of a row (a pivot, as a
 # share of the row's own norm squared) carries the roundings of up to N products of size one: some
-# 1e-14 and 1e-6. Ten thousand and a hundred times that still leave a multiplier four digits and two.
+# 1e-14 and 1e-6. Ten thousand and a hundred times that leave a multiplier four digits and two.
 DEPENDENT = {"float64": 1e-10, "float32": 1e-4}
 # A row of the set takes part in a dependent one if its share is more than the same roundings.
 FALLS = {"float64": 1e-9, "float32": 1e-4}
