@@ -95,14 +95,16 @@ def active_set_parts(tables: ActiveSetTables) -> IterationParts:
     """
     rows = tables.rows
     n = rows.variables
+    stride = 4 * -(-n // 4)
     assert isinstance(rows, StageRows | ColumnRows)
     own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows)
     return IterationParts(
         told="dual active-set method",
         dimensions=(
             Dimension("VARIABLES", n, "of the program"),
-            Dimension("FACTOR", n * (n + 1), "L of the working set, and the row that enters"),
-            Dimension("VECTORS", n * n, "H^-1 a of the working set"),
+            Dimension("STRIDE", stride, "of a line of L: whole blocks of four"),
+            Dimension("FACTOR", stride * (n + 1), "L of the working set, and the row that enters"),
+            Dimension("VECTORS", n * stride, "H^-1 a of the working set"),
             Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
             *own.dimensions,
         ),
@@ -111,7 +113,7 @@ def active_set_parts(tables: ActiveSetTables) -> IterationParts:
             Constant("falls", float(tables.falls), "of its norm: a row falls with another one"),
         ),
         tables=(
-            Table("inverse", tables.inverse, "H^-1"),
+            Table("minus_inverse", -tables.inverse, "-H^-1: the unconstrained optimum on f"),
             Table("norm", tables.norm, "square root of a'H^-1 a of every row"),
             *own.tables,
         ),

@@ -115,7 +115,6 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
             StateField("free", "unconstrained optimum", "VARIABLES"),
             StateField("rows", "A z", "ROWS"),
             StateField("z", "the last answer", "VARIABLES"),
-            StateField("trial", "what may become the next one", "VARIABLES"),
             *(
                 StateField(name, "bounds of the scaled rows", "ROWS")
                 for name in (("below", "above") if scaled else ())

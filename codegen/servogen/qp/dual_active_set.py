@@ -66,8 +66,8 @@ def active_set_tables(
     """Tables of H (N, N) and A, ``written`` (m, N) out and as ``rows``; rounded once.
 
     A set is kept from half the variables on: to factor one anew costs its size times an iteration,
-    and one that large belongs to a machine that stays at its limits, where the same rows hold at the
-    next sample; a small one moves towards the present with the horizon.
+    and one that large belongs to a machine that stays at its limits, where the same rows hold at
+    the next sample; a small one moves towards the present with the horizon.
     """
     # with a unit diagonal: a variable in metres beside one in nanometres costs no digits
     unit = 1.0 / np.sqrt(np.diag(hessian))
@@ -312,9 +312,9 @@ class _Method:
         self.remove(p)
 
     def point(self) -> FloatArray:
-        """z (N,) at the present multipliers."""
+        """z (N,) at the present multipliers, summed in the order of the vectors' slots."""
         work, z = self.work, self.free
-        for j in range(work.size):
+        for j in sorted(range(work.size), key=lambda j: work.slot[j]):
             signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
             z = z - work.vectors[work.slot[j]] * signed
         return z
