@@ -1,0 +1,179 @@
+"""MPC problems of the literature, made here: plant, limits and weights are the sources' as far as
+they say them, set points and disturbances are drawn with a fixed seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm, solve_discrete_are
+
+from qp.sequence import Array, Sequence, solve_reference
+
+
+@dataclass(frozen=True)
+class Plant:
+    """x+ = A x + B u, |u| <= input_limit, |C x| <= output_limit; weights Q, R."""
+
+    name: str
+    source: str
+    a: Array
+    b: Array
+    c: Array
+    input_limit: Array
+    output_limit: Array
+    q: Array
+    r: Array
+
+
+def sampled(a: Array, b: Array, period: float) -> tuple[Array, Array]:
+    n, p = b.shape
+    both = expm(period * np.block([[a, b], [np.zeros((p, n + p))]]))
+    return both[:n, :n], both[:n, n:]
+
+
+def double_integrator() -> Plant:
+    a, b = sampled(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]), 0.1)
+    return Plant(
+        "double_integrator", "double integrator at 0.1 s, |u| <= 1, |v| <= 0.5",
+        a, b, np.array([[0.0, 1.0]]), np.array([1.0]), np.array([0.5]),
+        np.diag([1.0, 0.1]), np.array([[0.01]]),
+    )  # fmt: skip
+
+
+def aircraft() -> Plant:
+    a = np.array(
+        [
+            [-0.0151, -60.5651, 0.0, -32.174],
+            [-0.0001, -1.3411, 0.9929, 0.0],
+            [0.00018, 43.2541, -0.86939, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+        ]
+    )
+    b = np.array([[-2.516, -13.136], [-0.1689, -0.2514], [-17.251, -1.5766], [0.0, 0.0]])
+    a, b = sampled(a, b, 0.05)
+    c = np.array([[0.0, 1.0, 0.0, 0.0]])
+    return Plant(
+        "afti16", "AFTI F-16, Kapasouris, Athans, Stein 1988; surfaces within 25 degrees",
+        a, b, c, np.array([25.0, 25.0]), np.array([0.5]),
+        np.diag([1e-8, 10.0, 1e-2, 10.0]), 0.01 * np.eye(2),
+    )  # fmt: skip
+
+
+def tanks() -> Plant:
+    """Around the minimum-phase operating point; deviations of levels in cm, of voltages in V."""
+    area, outlet = np.array([28.0, 32.0, 28.0, 32.0]), np.array([0.071, 0.057] * 2)
+    level = np.array([12.4, 12.7, 1.8, 1.4])
+    time = area / outlet * np.sqrt(2.0 * level / 981.0)
+    k, gamma = np.array([3.33, 3.35]), np.array([0.70, 0.60])
+    a = np.diag(-1.0 / time)
+    a[0, 2], a[1, 3] = area[2] / (area[0] * time[2]), area[3] / (area[1] * time[3])
+    b = np.zeros((4, 2))
+    b[0, 0], b[1, 1] = gamma * k / area[:2]
+    b[2, 1], b[3, 0] = (1 - gamma[1]) * k[1] / area[2], (1 - gamma[0]) * k[0] / area[3]
+    a, b = sampled(a, b, 5.0)
+    return Plant(
+        "quadruple_tank", "quadruple tank, Johansson 2000, minimum phase, 5 s",
+        a, b, np.eye(4), np.array([1.0, 1.0]), np.array([3.0, 3.0, 1.0, 1.0]),
+        np.diag([1.0, 1.0, 0.01, 0.01]), 0.01 * np.eye(2),
+    )  # fmt: skip
+
+
+def masses(count: int = 6) -> Plant:
+    """A chain between two walls, unit masses and springs, one actuator between every other pair."""
+    stiff = 2.0 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
+    a = np.block([[np.zeros((count, count)), np.eye(count)], [-stiff, np.zeros((count, count))]])
+    b = np.zeros((2 * count, count // 2))
+    for j in range(count // 2):
+        b[count + 2 * j, j], b[count + 2 * j + 1, j] = 1.0, -1.0
+    a, b = sampled(a, b, 0.5)
+    return Plant(
+        "masses", f"{count} oscillating masses, after Wang and Boyd 2010, |u| <= 0.5, |x| <= 4",
+        a, b, np.eye(2 * count), np.full(count // 2, 0.5), np.full(2 * count, 4.0),
+        np.eye(2 * count), np.eye(count // 2),
+    )  # fmt: skip
+
+
+def closed_loop(
+    plant: Plant,
+    horizon: int,
+    steps: int,
+    target: Callable[[int], tuple[Array, Array]],
+    disturbance: Array,
+) -> Sequence:
+    """Condensed programs of x_0..x_{steps-1}; ``target`` gives the steady state and its input."""
+    a, b, n, p = plant.a, plant.b, *plant.b.shape
+    end = solve_discrete_are(a, b, plant.q, plant.r)
+    ahead, on_state = np.zeros((horizon, n, horizon * p)), np.zeros((horizon, n, n))
+    row, power = np.zeros((n, horizon * p)), np.eye(n)
+    for k in range(horizon):
+        row = a @ row
+        row[:, k * p : (k + 1) * p] += b
+        power = a @ power
+        ahead[k], on_state[k] = row, power
+    weight = [plant.q] * (horizon - 1) + [end]
+    weighted = np.stack([w @ m for w, m in zip(weight, ahead, strict=True)])
+    hessian = np.einsum("kij,kil->jl", ahead, weighted) + np.kron(np.eye(horizon), plant.r)
+    hessian = 0.5 * (hessian + hessian.T)
+    unit = np.eye(horizon * p)
+    c = plant.c / plant.output_limit[:, None]
+    rows, free = [], []
+    for k in range(horizon):
+        rows += [unit[k * p : (k + 1) * p] / plant.input_limit[:, None], c @ ahead[k]]
+        free += [np.zeros((p, n)), c @ on_state[k]]
+    written, offset = np.vstack(rows), np.vstack(free)
+    x, programs = np.zeros(n), []
+    for t in range(steps):
+        level, rest = target(t)
+        off = np.einsum("kij,j->ki", on_state, x) - level
+        linear = np.einsum("kij,ki->j", weighted, off) - np.tile(plant.r @ rest, horizon)
+        away = offset @ x
+        programs.append((linear, -1.0 - away, 1.0 - away))
+        z, _ = solve_reference(hessian, written, *programs[-1])
+        x = a @ x + b @ z[:p] + disturbance[t]
+    linear, low, high = (np.array(part) for part in zip(*programs, strict=True))
+    return Sequence(
+        f"{plant.name}_{horizon}", plant.source, hessian, written, linear, low, high,
+        per_step=p + len(c), staying=0,
+    )  # fmt: skip
+
+
+def steady(plant: Plant, outputs: Array, wanted: Array) -> tuple[Array, Array]:
+    """State and input at rest at which ``outputs`` x comes as close to ``wanted`` as it can."""
+    n, p = plant.b.shape
+    rest = np.block([[plant.a - np.eye(n), plant.b], [outputs, np.zeros((len(outputs), p))]])
+    both = np.linalg.lstsq(rest, np.concatenate([np.zeros(n), wanted]), rcond=None)[0]
+    return both[:n], both[n:]
+
+
+def all_loops(steps: int) -> list[Sequence]:
+    made = []
+    rng = np.random.default_rng(5)
+    still = np.zeros((steps, 1))
+
+    plant = double_integrator()
+    points = rng.uniform(-2.0, 2.0, steps // 50 + 1)
+    made.append(
+        closed_loop(
+            plant, 30, steps, lambda t: (np.array([points[t // 50], 0.0]), np.zeros(1)), still
+        )
+    )
+    plane = aircraft()
+    pitch = rng.uniform(-10.0, 10.0, steps // 50 + 1)
+    made.append(
+        closed_loop(
+            plane, 10, steps,
+            lambda t: (np.array([0.0, 0.0, 0.0, pitch[t // 50]]), np.zeros(2)), still,
+        )
+    )  # fmt: skip
+    tank = tanks()
+    levels = rng.uniform(-2.0, 2.0, (steps // 50 + 1, 2))
+    made.append(
+        closed_loop(tank, 15, steps, lambda t: steady(tank, np.eye(4)[:2], levels[t // 50]), still)
+    )
+    chain = masses()
+    push = np.zeros((steps, 12))
+    push[:, 6:] = rng.uniform(-0.5, 0.5, (steps, 6))
+    made.append(closed_loop(chain, 10, steps, lambda t: (np.zeros(12), np.zeros(3)), push))
+    return made

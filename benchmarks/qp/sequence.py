@@ -1,0 +1,120 @@
+"""A sequence of quadratic programs that differ in f and the bounds, and its optima."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import daqp
+import numpy as np
+
+Array = np.ndarray
+# A reference optimum misses its conditions by no more than this share of the sizes met.
+REFERENCE = 1e-10
+
+
+@dataclass(frozen=True)
+class StagePlant:
+    """The plant behind the rows; see ``servogen.qp.row_tables.StageRows``."""
+
+    stage: Array
+    terminal: Array
+    limited: int
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """min 1/2 z'Hz + f_t'z subject to low_t <= A z <= high_t, t = 0..T-1.
+
+    Attributes:
+        source: where it is from, one sentence.
+        hessian: (n, n); rows: (m, n); linear: (T, n); low, high: (T, m), all finite.
+        per_step, staying: rows of one sample of the horizon, and of none.
+        plant: where the rows are outputs of a single-input plant.
+    """
+
+    name: str
+    source: str
+    hessian: Array
+    rows: Array
+    linear: Array
+    low: Array
+    high: Array
+    per_step: int
+    staying: int
+    plant: StagePlant | None = None
+    optimum: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    active: Array = field(default_factory=lambda: np.zeros(0, dtype=int))
+
+    @property
+    def variables(self) -> int:
+        return int(self.hessian.shape[0])
+
+    @property
+    def count(self) -> int:
+        """Two-sided rows."""
+        return int(self.rows.shape[0])
+
+    @property
+    def length(self) -> int:
+        return int(self.linear.shape[0])
+
+    def window(self, steps: int) -> slice:
+        """So many consecutive programs around the one with the largest working set."""
+        start = int(np.argmax(self.active)) - steps // 2
+        start = max(0, min(start, self.length - steps))
+        return slice(start, min(start + steps, self.length))
+
+    def write(self, path: Path, part: slice) -> None:
+        """For the C programs: int32 n, m, T; H; A; then f, low, high of every program."""
+        steps = np.hstack([self.linear[part], self.low[part], self.high[part]])
+        with path.open("wb") as out:
+            np.array([self.variables, self.count, len(steps)], dtype=np.int32).tofile(out)
+            np.ascontiguousarray(self.hessian).tofile(out)
+            np.ascontiguousarray(self.rows).tofile(out)
+            np.ascontiguousarray(steps).tofile(out)
+
+
+def solve_reference(
+    hessian: Array, rows: Array, linear: Array, low: Array, high: Array
+) -> tuple[Array, Array]:
+    """z (n,) and the working set: DAQP's set, its equations solved afresh and the result judged."""
+    sense = np.zeros(len(rows), dtype=np.int32)
+    z, _, flag, info = daqp.solve(
+        hessian, linear, np.ascontiguousarray(rows), high, low, sense, primal_tol=1e-11
+    )
+    if flag != 1:
+        raise ArithmeticError(f"no reference optimum: DAQP ends with {flag}")
+    dual = np.asarray(info["lam"])
+    held = np.flatnonzero(dual)
+    bound = np.where(dual > 0.0, high, low)[held]
+    n, q = len(z), held.size
+    matrix = np.block([[hessian, rows[held].T], [rows[held], np.zeros((q, q))]])
+    right = np.concatenate([-linear, bound])
+    unit = 1.0 / np.sqrt(np.abs(matrix).max(axis=1))
+    scaled = matrix * np.outer(unit, unit)
+    both = unit * np.linalg.lstsq(scaled, unit * right, rcond=None)[0]
+    both += unit * np.linalg.lstsq(scaled, unit * (right - matrix @ both), rcond=None)[0]
+    polished, multiplier = both[:n], both[n:] * np.sign(dual[held])
+    size = 1.0 + np.max(np.abs(np.concatenate([linear, bound])), initial=0.0)
+    at = rows @ polished
+    missed = max(
+        float(np.max(np.maximum(at - high, low - at), initial=0.0)),
+        float(np.max(-multiplier, initial=0.0)) / (1.0 + np.max(np.abs(dual))),
+        float(np.max(np.abs(right - matrix @ both))) / size,
+    )
+    if missed > REFERENCE * size:
+        raise ArithmeticError(f"the reference optimum misses its conditions by {missed:.1e}")
+    return polished, held
+
+
+def with_optima(sequence: Sequence) -> Sequence:
+    """The sequence with its optima and the sizes of their working sets."""
+    solved = [
+        solve_reference(sequence.hessian, sequence.rows, f, low, high)
+        for f, low, high in zip(sequence.linear, sequence.low, sequence.high, strict=True)
+    ]
+    kept = {name: getattr(sequence, name) for name in sequence.__dataclass_fields__}
+    kept |= {"optimum": np.array([z for z, _ in solved])}
+    kept |= {"active": np.array([held.size for _, held in solved])}
+    return Sequence(**kept)
