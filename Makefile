@@ -56,6 +56,8 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/explicit_regions.py
 	@command -v valgrind > /dev/null || { echo "make bench needs valgrind: apt-get install valgrind"; exit 1; }
 	$(BIN)/python benchmarks/pqp_iteration.py
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+	$(BIN)/python benchmarks/qp_solvers.py
 
 $(CHECKS): $(STAMP)
 	$(foreach p,$(PROJECTS),$(BIN)/servogen check $@ examples/$(p).toml -o $(call out_of,$(p)) && ) :

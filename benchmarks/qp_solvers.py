@@ -33,9 +33,9 @@ from rich.console import Console
 
 PACKAGES = ("daqp", "osqp", "casadi", "piqp", "proxsuite", "quadprog")
 NOT_RUN = {
-    "TinyMPC": "not run: below Python 3.13 its package asks for SciPy below 1.12, which does not go "
-    "with NumPy 2; it could state none of the machine's programs (rows of the end, bounds of "
-    "position and error that move)",
+    "TinyMPC": "not run: below Python 3.13 its package asks for SciPy below 1.12, which does not "
+    "go with NumPy 2",
+    "HPIPM": "not run: CasADi has it for programs that keep their states, not for condensed ones",
     "acados": "not run: no package on the index",
     "LinearMPC.jl": "not run: its generator of C is Julia's",
 }
