@@ -75,6 +75,9 @@ def proxqp(sequence: Sequence, part: slice) -> Solve:
     dense = proxsuite.proxqp.dense
     solver = dense.QP(sequence.variables, 0, sequence.count)
     solver.settings.eps_abs, solver.settings.eps_rel = TOLERANCE, 0.0
+    # without it small residuals are enough, and z may be 1e-2 away
+    solver.settings.check_duality_gap = True
+    solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = TOLERANCE, 0.0
     first = part.start
     solver.init(
         sequence.hessian, sequence.linear[first], None, None, sequence.rows,
