@@ -4,8 +4,8 @@
 
 Counts instructions per solve with valgrind's callgrind where a solver is C of its own process,
 times the others beside DAQP, judges every answer against a reference optimum, and writes a table,
-qp.json and qp_growth.html. Status 1 where a promise is broken; docs/benchmarks.md says what each
-number is. ``--quick`` and ``--only`` are for trying it out: shortened or left out, no promise is
+qp.json, qp.md and qp_growth.html. Status 1 where a promise is broken; docs/benchmarks.md says what
+each number is. ``--quick`` and ``--only`` are for trying it out: shortened or left out, no promise is
 judged.
 """
 
@@ -28,7 +28,7 @@ from qp.promises import promises
 from qp.sequence import Sequence
 from qp.suite import TIGHT, suite
 from qp.timed import TIMED, timed
-from qp.told import as_json, growth, plot, show, show_promises, write_json
+from qp.told import as_json, growth, markdown, plot, show, show_promises, write_json
 from rich.console import Console
 
 PACKAGES = ("daqp", "osqp", "casadi", "piqp", "proxsuite", "quadprog")
@@ -114,6 +114,7 @@ def main() -> int:
         },
         given.output / "qp.json",
     )
+    (given.output / "qp.md").write_text(markdown(told))
     lines = growth(told, "two_stage_x_")
     if lines.get(DAQP):
         plot(lines, given.output / "qp_growth.html")

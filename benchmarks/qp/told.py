@@ -150,3 +150,36 @@ def plot(lines: Mapping[str, list[tuple[int, float, float]]], path: Path) -> Non
 
 def write_json(told: dict[str, Any], path: Path) -> None:
     path.write_text(json.dumps(told, indent=1) + "\n")
+
+
+def markdown(sequences: list[dict[str, Any]]) -> str:
+    """The tables of docs/benchmarks.md."""
+    lines: list[str] = []
+    for told in sequences:
+        lines += [
+            f"**{told['name']}**: {told['variables']} variables, {told['rows']} rows, "
+            f"{told['programs']} programs, working sets to {told['active_max']}; {told['source']}",
+            "",
+            "| solver | programs | median | p99 | maximum | median by DAQP's | maximum | error |",
+            "|---|---|---|---|---|---|---|---|",
+        ]
+        for name, row in told["solvers"].items():
+            if "failed" in row:
+                continue
+            error = f"{row['error']:.0e}" + ("" if row["accurate"] else ", **missed**")
+            count = str(row["programs"])
+            count += f", {row['unsolved']} unsolved" if row["unsolved"] else ""
+            costs = " | ".join(_cost(row, key) for key in ("median", "p99", "max"))
+            by = " | ".join(
+                f"{row[key]:.3g}" if key in row else "-"
+                for key in ("median_by_daqp", "max_by_daqp")
+            )
+            lines.append(f"| {name} | {count} | {costs} | {by} | {error} |")
+        lines.append("")
+        lines += [
+            f"{name}: {row['failed']}."
+            for name, row in told["solvers"].items()
+            if "failed" in row and not row["failed"].startswith("not run")
+        ]
+        lines.append("")
+    return "\n".join(lines)
