@@ -5,8 +5,7 @@
 Counts instructions per solve with valgrind's callgrind where a solver is C of its own process,
 times the others beside DAQP, judges every answer against a reference optimum, and writes a table,
 qp.json, qp.md and qp_growth.html. Status 1 where a promise is broken; docs/benchmarks.md says what
-each number is. ``--quick`` and ``--only`` are for trying it out: shortened or left out, no promise is
-judged.
+each number is. ``--quick`` and ``--only`` are for trying it out: then no promise is judged.
 """
 
 from __future__ import annotations

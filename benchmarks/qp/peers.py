@@ -107,7 +107,7 @@ def reaching(measure: Callable[[float], Measured], asked: tuple[float, ...]) -> 
 
 def pqp(sequence: Sequence, part: slice, folder: Path) -> Measured:
     """servogen's PQP, its relative gap the largest that gives the accuracy."""
-    return reaching(lambda gap: _pqp(sequence, part, folder, gap), (1e-12, 1e-14))
+    return reaching(lambda gap: _pqp(sequence, part, folder, gap), (1e-10, 1e-11, 1e-12))
 
 
 def _pqp(sequence: Sequence, part: slice, folder: Path, gap: float) -> Measured:
