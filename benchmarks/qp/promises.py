@@ -52,7 +52,10 @@ def promises(results: Results, tight: tuple[str, ...]) -> list[Promise]:
         for how, limit in (("median", median), ("maximum", largest)):
             told = f"{name}: {how} of the instructions by DAQP's"
             made.append(Promise(told, limit, _ratio(own, peer, how)))
-        made.append(Promise(f"{name}: bytes by DAQP's", 0.5, _ratio(own, peer, "bytes")))
+    for name, found in results.items():
+        if STAGES in found or name in limits:
+            ratio = _ratio(found.get(STAGES), found.get(DAQP), "bytes")
+            made.append(Promise(f"{name}: bytes by DAQP's", 0.5, ratio))
     for solver in (STAGES, COLUMNS):
         ours = [found[solver] for found in results.values() if solver in found]
         errors = [float(np.max(m.error)) for m in ours]
