@@ -24,7 +24,7 @@ class Promise:
         return self.found is not None and self.found <= self.limit
 
     def sentence(self) -> str:
-        found = "not measured" if self.found is None else f"{self.found:.3g}"
+        found = "not measured" if self.found is None else f"{self.found:.4g}"
         return (
             f"{'kept  ' if self.kept else 'BROKEN'}  {self.told}: {found}, at most {self.limit:g}"
         )
