@@ -100,4 +100,5 @@ def _missing(a: FloatArray, bounds: FloatArray) -> float:
     rows = np.vstack([np.column_stack([a, -np.ones(len(a))]), least])
     limits = np.column_stack([asked, np.zeros(len(asked))])
     tops = greatest_many(rows, limits, np.tile(least, (len(asked), 1)))
+    tops[np.isposinf(tops)] = -np.inf  # no answer: nothing is shown
     return float(np.max(-tops))
