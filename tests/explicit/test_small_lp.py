@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servogen.explicit.cones import cone_of, cut, homogeneous, sides
 from servogen.explicit import small_lp
+from servogen.explicit.cones import cone_of, cut, homogeneous, sides
 from servogen.explicit.small_lp import (
     _transposed,
     greatest,

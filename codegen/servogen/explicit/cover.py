@@ -16,7 +16,14 @@ import numpy as np
 from servogen.explicit.image import Canonical
 from servogen.explicit.regions import Region
 from servogen.explicit.small_lp import greatest, inner_ball
-from servogen.explicit.tolerances import FLAT, QP_VIOLATION, SAME_PLANE, STEPS_ACROSS, TOUCHES
+from servogen.explicit.tolerances import (
+    END_SHARE,
+    FLAT,
+    QP_VIOLATION,
+    SAME_PLANE,
+    STEPS_ACROSS,
+    TOUCHES,
+)
 from servogen.plants.statespace import FloatArray
 from servogen.qp.active_set import project
 
@@ -91,7 +98,8 @@ def bounds_feasible_set(program: Canonical, normal: FloatArray, height: float) -
                       program.domain_rows])  # fmt: skip
     objective = np.concatenate([np.zeros(program.g.shape[1]), normal])
     bounds = np.concatenate([program.w, program.domain_bounds])
-    return greatest(np.vstack([rows, wide]), bounds, objective) <= height + FLAT
+    room = max(FLAT, END_SHARE * float(np.max(np.abs(bounds), initial=0.0)))
+    return greatest(np.vstack([rows, wide]), bounds, objective) <= height + room
 
 
 def _shared(piece: Facet, region: Region) -> float:

@@ -46,6 +46,10 @@ STEPS_ACROSS = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 # Pieces of a facet narrower than this may be left over between what the regions behind it cover.
 # Those are known to a few FLAT; where planes meet at a hundredth, that is this wide.
 SLIVER = 1e-6
+# Beyond a plane there is nothing feasible if the program over parameters and variables reaches no
+# further than FLAT, or than this share of its largest bound: vertices that far from the origin are
+# found to 1e-10 per thousand, times the multipliers of a few rows.
+END_SHARE = 1e-11
 # A found neighbour must contain the point of the facet that was stepped across, within a step.
 TOUCHES = 1e-7
 # Sine of an angle, seen from the generators of a cone, below which a hyperplane only touches it.

@@ -125,7 +125,8 @@ def _inside(
     step = max(1, count // MOST_REGIONS)
     chosen = np.unique(np.concatenate([np.arange(0, count, step), first]))
     limits = [(own.domain_rows, own.domain_bounds), _edges(own, design)]
-    sets = [[_over(own, solution, int(i)), *limits] for i in chosen]
+    halves = _halves(own, design)
+    sets = [[_over(own, solution, int(i)), *limits, half] for half in halves for i in chosen]
     rows = [np.vstack([h for h, _ in parts]) for parts in sets]
     bounds = [np.concatenate([k for _, k in parts]) for parts in sets]
     most = max(1, max(k.size for k in bounds))
@@ -141,9 +142,20 @@ def _inside(
             continue
         points += [ball.centre, *_ways(ball.centre, rows[i], bounds[i], rng)]
         terms = np.max(np.abs(own.matrix) @ np.abs(own.inverse @ (ball.centre - own.shift)))
-        if ball.radius > VISIBLE * unit * (1.0 + float(terms)):
+        # a tree of one half answers in the other one by the law of the opposite region
+        if i < chosen.size and ball.radius > VISIBLE * unit * (1.0 + float(terms)):
             visible.add(int(laws[chosen[i]]))
     return own.theta(np.array(points)), frozenset(visible)
+
+
+def _halves(own: Restated, design: LookupDesign) -> list[tuple[FloatArray, FloatArray]]:
+    """Rows of the half that a tree with a mirror is grown for, then of the other one."""
+    form = design.form
+    if not isinstance(form, TreeLookup) or form.tree.mirror < 0:
+        return [(np.zeros((0, own.coordinates)), np.zeros(0))]
+    at = form.tree.mirror
+    row, shift = form.matrix[at : at + 1], form.offset[at : at + 1]
+    return [_rows(own, -row, shift), _rows(own, row, -shift)]
 
 
 def _over(own: Restated, solution: ExplicitSolution, index: int) -> tuple[FloatArray, FloatArray]:
