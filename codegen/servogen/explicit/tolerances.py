@@ -32,9 +32,12 @@ SAME_CUT = 1e-10
 # dropping rows cannot make a flat set look full-dimensional.
 REDUNDANT = 1e-9
 # Two first-move laws are one when their coefficients differ by no more than this, relative to the
-# largest coefficient of any law: exact duplicates agree to 1e-12, and a law replaced by another so
+# largest coefficient of the two: exact duplicates agree to 1e-12, and a law replaced by another so
 # close moves the first move by no more than 1e-9 of a bound per bound of parameter.
 SAME_LAW = 1e-9
+# A law smaller than this share of the largest is compared as if it were so large: what cancels to
+# a move of zero leaves roundings of the terms, which are no larger than those of the largest law.
+LEAST_LAW = 1e-5
 # The primal and dual residual at which a small linear program's vertex is accepted; beyond it the
 # program is handed to HiGHS.
 LP_RESIDUAL = 1e-10
