@@ -1,4 +1,4 @@
-"""Plain machines, from the file to the proof of their lookups: what the bundled one does not show."""
+"""Plain machines, from the file to the proof of their lookups, and what only they show."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ from servogen.explicit.facet_parts import (
 )
 from servogen.explicit.regions import Region
 from servogen.explicit.restated import Restated
-from servogen.explicit.tolerances import FAR, FLAT, REDUNDANT, SAME_PLANE, SLIVER
+from servogen.explicit.tolerances import END_SHARE, FAR, FLAT, REDUNDANT, SAME_PLANE, SLIVER
 from servogen.plants.statespace import FloatArray
 from servogen.progress import Task
 from servogen.sets.errors import SetError
@@ -262,7 +262,8 @@ class _Proof:
             except SetError:
                 top = np.inf  # a feasible set without a point ends nowhere
             self.ends[key] = _End(facet.normal, top)
-        return self.ends[key].top <= height + FLAT
+        b = np.abs(self.limits[1])
+        return self.ends[key].top <= height + max(FLAT, END_SHARE * float(np.max(b, initial=0.0)))
 
     def _tell(self, pieces: list[Facet]) -> None:
         for piece in pieces:

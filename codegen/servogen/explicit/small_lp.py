@@ -44,8 +44,8 @@ class Ball:
 
 
 def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
-    """Greatest ``objective`` . x over {h x <= k}: -inf if the set is empty, inf if unbounded or if no
-    answer was found, so that nobody takes a row for redundant that may not be.
+    """Greatest ``objective`` . x over {h x <= k}: -inf if the set is empty, inf if unbounded or if
+    no answer was found, so that nobody takes a row for redundant that may not be.
 
     Args:
         h: (rows, n), rows of about unit size; k: (rows,); objective: (n,).

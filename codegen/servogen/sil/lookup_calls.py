@@ -58,8 +58,8 @@ def _on_facets(
 
 
 def _at_the_edge(feasible: FeasibleSet, rng: np.random.Generator, back: FloatArray) -> FloatArray:
-    """On a facet, by a few steps across the feasible set, each in a direction of its own and but for
-    the last a part of the way; from zero, where a plant may rest, or else from the middle."""
+    """On a facet, by a few steps across the feasible set, each in a direction of its own and but
+    for the last a part of the way; from zero, where a plant may rest, or else from the middle."""
     theta: FloatArray = np.zeros(back.shape[0])
     with np.errstate(divide="ignore"):
         reach = np.min(np.abs(feasible.bounds)[:, None] / np.abs(feasible.rows), axis=0)
