@@ -59,7 +59,7 @@ CARTS = {
     "position": FREE | {"turn": 0, "moves": 2, "more": FEW},
     # laws that differ by little beside one of a million times their size
     "position and steps": FREE
-    | {"turn": 0, "moves": 2, "more": f"current_step_limit_ma = 200\n{FEW}"},
+    | {"turn": 0, "steps": 10, "moves": 2, "more": f"current_step_limit_ma = 100\n{FEW}"},
 }
 
 
