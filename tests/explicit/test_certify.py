@@ -328,6 +328,20 @@ def test_what_a_neighbour_leaves_flat_is_measured() -> None:
     slab, sides = gap_behind(facet, replace(behind, k=np.array([-hair, 1.0, 1.0])))
     assert slab == pytest.approx(hair)
     assert sides == pytest.approx(4.0 * hair)
+    proof = proof_of(solve(double_integrator(3), 100))
+    proof._add_gap(facet, replace(behind, k=np.array([-hair, 1.0, 1.0])))
+    found = covering.largest_missed(1, 0.0, 4.0 * hair, hair)
+    assert proof.result().hole == pytest.approx(found)
+
+
+def test_rows_that_are_turned_within_a_facet_are_measured() -> None:
+    """What counts as one row of a facet and of the region behind it, apart far out."""
+    rows = np.vstack([np.eye(2), -np.eye(2)])
+    facet = Facet(np.eye(3)[0], np.zeros(3), np.eye(3)[:, 1:], rows, np.ones(4))
+    other = np.array([[1.0, 9e-10]])
+    same, wide = same_rows(facet, other, np.array([1.0]))
+    assert same.all()
+    assert wide == pytest.approx(9e-10 * FAR)
 
 
 def test_flat_facets_are_counted() -> None:

@@ -116,11 +116,10 @@ def _shared(piece: Facet, region: Region) -> float:
 
 @dataclass(frozen=True)
 class Behind:
-    """What lies behind a piece of a facet: a region that shares a full-dimensional part of it, the
-    end of the feasible set, or, where neither was found, ``note``: which active sets were met."""
+    """What lies behind a piece of a facet: a region that shares a full-dimensional part of it, or
+    none: the end of the feasible set unless there is a ``note`` of which active sets were met."""
 
     region: Region | None
-    is_end: bool
     note: str
 
 
@@ -136,7 +135,7 @@ def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region
         if optimum is None:
             height = float(piece.normal @ piece.foot)
             if bounds_feasible_set(program, piece.normal, height):
-                return Behind(None, True, "")
+                return Behind(None, "")
             continue
         met.append(optimum.active)
         region = build(optimum.active)
@@ -144,6 +143,6 @@ def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region
             continue
         excess = np.max(region.h @ point - region.k) if region.k.size else -1.0
         if excess <= TOUCHES and _shared(piece, region) > FLAT:
-            return Behind(region, False, "")
+            return Behind(region, "")
     where = np.array2string(point, precision=6)
-    return Behind(None, False, f"behind a facet at {where}, radius {radius:.1e}: active sets {met}")
+    return Behind(None, f"behind a facet at {where}, radius {radius:.1e}: active sets {met}")

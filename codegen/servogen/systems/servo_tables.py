@@ -108,7 +108,7 @@ def _clip_tables(form: Form, emitted: Emitted) -> Claim:
 
 
 def _same(form: Form, emitted: Emitted, worst: float, cases: int) -> Claim:
-    what = "form" if form.tree is None else "proved tree"
+    what = "proved clips" if form.tree is None else "proved tree"
     title = f"{form.name}, {emitted.precision.name}: the emitted tables are those of the {what}"
     return Claim(title, worst <= SAME_NUMBER, worst, SAME_NUMBER, cases)
 
