@@ -74,8 +74,8 @@ SEEN = 1e-9
 # How far a region may reach beyond where its active set is optimal: planes within SAME_PLANE are
 # one when rows are gathered, on both sides of a facet and in either of two regions.
 PROVED = 5e-8
-# Laws are gathered within SAME_LAW of their largest coefficient; the same again for the roundings of
-# the two computations.
+# Laws are gathered within SAME_LAW of their largest coefficient; the same again for the roundings
+# of the two computations.
 PROVED_LAW = 2e-9
 # Largest ball, in shares of a bound, that what is left open between regions could hold in sum.
 HOLE = 1e-3
