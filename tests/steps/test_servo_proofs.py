@@ -397,7 +397,11 @@ def test_a_row_of_the_feasible_set_less_is_noticed() -> None:
 def test_text_that_is_no_table_is_refused() -> None:
     package = packages()[0]
     file = f"{PREFIX}_tables.h"
-    for old, new in (("_safe[1] = {", "_safe[2] = {"), ("0.0f", "ZERO"), ("_matrix[24]", "_matrix[N]")):
+    for old, new in (
+        ("_safe[1] = {", "_safe[2] = {"),
+        ("0.0f", "ZERO"),
+        ("_matrix[24]", "_matrix[N]"),
+    ):
         with pytest.raises(CheckFailed):
             read_back(changed(package, file, old, new), PREFIX)
     with pytest.raises(CheckFailed):
