@@ -325,12 +325,12 @@ def test_what_a_neighbour_leaves_flat_is_measured() -> None:
     same, wide = same_rows(facet, rows[:1], np.array([1.0 - 1e-10]))
     assert same.all()
     assert wide == pytest.approx(1e-10, rel=1e-3)
-    slab, sides = gap_behind(facet, replace(behind, k=np.array([-hair, 1.0, 1.0])))
+    slab, sides = gap_behind(facet, [replace(behind, k=np.array([-hair, 1.0, 1.0]))])
     assert slab == pytest.approx(hair)
-    assert sides == pytest.approx(4.0 * hair)
+    assert sides == pytest.approx(2.0 * hair)
     proof = proof_of(solve(double_integrator(3), 100))
-    proof._add_gap(facet, replace(behind, k=np.array([-hair, 1.0, 1.0])))
-    found = covering.largest_missed(1, 0.0, 4.0 * hair, hair)
+    proof._add_gap(facet, [replace(behind, k=np.array([-hair, 1.0, 1.0]))])
+    found = covering.largest_missed(1, 0.0, 2.0 * hair, hair)
     assert proof.result().hole == pytest.approx(found)
 
 

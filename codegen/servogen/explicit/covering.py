@@ -120,6 +120,7 @@ class _Proof:
         self.slivers: list[float] = []
         self.passed_over = 0.0  # radii of flat pieces
         self.strips = self.slabs = 0.0  # widths
+        self.used: list[Region] = []  # behind the facet that is being cut
         self.where = ""
 
     def look_at(self, chosen: Sequence[int]) -> None:
@@ -138,7 +139,7 @@ class _Proof:
             if len(behind) == 1:
                 neighbour = self.regions[behind[0]]
                 self.pending.append((facet, behind[0], *trace(facet, neighbour)))
-                self._add_gap(facet, neighbour)
+                self._add_gap(facet, [neighbour])
             else:
                 self._cut(facet, behind)
 
@@ -174,8 +175,8 @@ class _Proof:
             max(largest, 0.0), self.where,
         )  # fmt: skip
 
-    def _add_gap(self, facet: Facet, neighbour: Region) -> None:
-        slab, sides = gap_behind(facet, neighbour)
+    def _add_gap(self, facet: Facet, behind: list[Region]) -> None:
+        slab, sides = gap_behind(facet, behind)
         self.slabs += slab
         self.strips += sides
 
@@ -191,9 +192,11 @@ class _Proof:
     def _cut(self, facet: Facet, neighbours: list[int]) -> None:
         """What ``neighbours`` leave of a facet, then what any other region does, must bound the
         feasible set or be a sliver."""
+        self.used = []
         left = self._less([facet], neighbours)
         if left and not self._is_end(facet):
             left = self._less(left, self._crossing(facet, neighbours))
+        self._add_gap(facet, self.used)
         if not left:
             self.shared += 1
         elif self._is_end(facet):
@@ -212,7 +215,7 @@ class _Proof:
                 left += parts
                 cut |= len(parts) != 1 or parts[0] is not piece
             if cut:
-                self._add_gap(pieces[0], self.regions[i])
+                self.used.append(self.regions[i])
             pieces = left
             if len(pieces) > MOST_PIECES:
                 break  # what is left counts as open

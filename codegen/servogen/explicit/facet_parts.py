@@ -121,20 +121,22 @@ def trace(facet: Facet, region: Region) -> tuple[FloatArray, FloatArray]:
     return along[across] / lengths[across, None], bounds[across] / lengths[across]
 
 
-def gap_behind(facet: Facet, region: Region) -> tuple[float, float]:
-    """What lies between a facet and a region behind it, within ``FAR``: the width of the slab that
-    the region's rows along the plane leave, and of its sides as segments see them, in sum.
+def gap_behind(facet: Facet, behind: Sequence[Region]) -> tuple[float, float]:
+    """What lies between a facet and the regions behind it, within ``FAR``: the width of the slab
+    that their rows along the plane leave, and of its sides as segments see them, in sum.
 
     On the plane such a row, which ``trace`` leaves out, is exceeded by no more than its length
-    there times ``FAR``. Each of the facet's and the region's other rows bounds the slab by a side
-    as high as it is wide; its far end is cut short where the region recedes from the plane.
+    there times ``FAR``. The slab over the whole facet has a side on each of the facet's own rows,
+    as high as it is wide; its far end is cut short where a region recedes from the plane.
     """
-    along, bounds = region.h @ facet.basis, region.k - region.h @ facet.foot
-    lengths = np.linalg.norm(along, axis=1)
-    across = lengths > SAME_PLANE
-    slab = float(np.max(lengths[~across] * FAR - bounds[~across], initial=0.0))
-    receding = np.maximum(region.h[across] @ facet.normal, 0.0) / lengths[across]
-    sides = float(np.count_nonzero(across) + facet.bounds.size + np.sum(receding))
+    slab, sides = 0.0, float(facet.bounds.size)
+    for region in behind:
+        along, bounds = region.h @ facet.basis, region.k - region.h @ facet.foot
+        lengths = np.linalg.norm(along, axis=1)
+        across = lengths > SAME_PLANE
+        slab = max(slab, float(np.max(lengths[~across] * FAR - bounds[~across], initial=0.0)))
+        receding = np.maximum(region.h[across] @ facet.normal, 0.0) / lengths[across]
+        sides += float(np.sum(receding))
     return slab, slab * sides
 
 

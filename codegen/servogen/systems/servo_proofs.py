@@ -32,11 +32,13 @@ MOST = 2500
 
 
 def solutions(choice: Choice) -> list[tuple[str, ExplicitSolution]]:
-    """Each solution that a form was made from, once, with the name of the first such form."""
+    """What the emitted lookup was made from: the chosen form's solution, and the program's own, from
+    which the rows of its feasible set come. Forms that were counted and left are nobody's code."""
     found: list[tuple[str, ExplicitSolution]] = []
-    for form in choice.forms:
-        if form.solution is not None and all(form.solution is not s for _, s in found):
-            found.append((form.name, form.solution))
+    if choice.chosen.solution is not None:
+        found.append((choice.chosen.name, choice.chosen.solution))
+    if choice.own is not None and choice.own is not choice.chosen.solution:
+        found.append(("the program", choice.own))
     return found
 
 
@@ -133,15 +135,12 @@ def _behind_facets(told: str, solution: ExplicitSolution) -> Claim:
 
 
 def tree_claims(choice: Choice, problem: ParametricQP, progress: Progress) -> list[Claim]:
-    """Of every tree that was grown, and of the lookup that has none."""
-    grown = [form for form in choice.forms if form.tree is not None]
-    claims = []
-    with progress.task("Proving search trees", total=len(grown)) as task:
-        for form in grown:
-            claims.append(_proved(form))
-            task.advance()
+    """Of the tree that is emitted, or of the clips that stand in its place."""
     if choice.chosen.tree is None:
-        claims.append(_clips(choice.chosen, problem))
+        return [_clips(choice.chosen, problem)]
+    with progress.task("Proving the search tree", total=1) as task:
+        claims = [_proved(choice.chosen)]
+        task.advance()
     return claims
 
 
