@@ -147,11 +147,8 @@ def test_a_region_less_is_noticed() -> None:
     given, problem = example().choice, example().parts.mpc.problem.qp
     for name, solution in solutions(given):
         less = replace(solution, regions=solution.regions[1:], law_of=solution.law_of[1:])
-        forms = tuple(
-            replace(form, solution=less) if form.solution is solution else form
-            for form in given.forms
-        )
-        found = broken(region_claims(replace(given, forms=forms), problem, Silent()))
+        changed = with_solution(given, solution, less)
+        found = broken(region_claims(changed, problem, Silent()))
         assert any(claim.startswith(name) and "pattern" in claim for claim in found)
         assert any(claim.startswith(name) and "every facet" in claim for claim in found)
 
@@ -161,7 +158,13 @@ def with_solution(given: Choice, old: ExplicitSolution, new: ExplicitSolution) -
     forms = tuple(
         replace(form, solution=new) if form.solution is old else form for form in given.forms
     )
-    return replace(given, forms=forms)
+    chosen, own = given.chosen, given.own
+    return replace(
+        given,
+        forms=forms,
+        chosen=replace(chosen, solution=new) if chosen.solution is old else chosen,
+        own=new if own is old else own,
+    )
 
 
 def said_of(name: str, other: ExplicitSolution) -> list[str]:
@@ -287,11 +290,7 @@ def test_half_the_regions_of_a_program_with_rows_is_noticed() -> None:
     """What the search says of itself is not asked."""
     for name, solution in solutions(choice("double")):
         half = replace(solution, regions=solution.regions[::2], law_of=solution.law_of[::2])
-        forms = tuple(
-            replace(form, solution=half) if form.solution is solution else form
-            for form in choice("double").forms
-        )
-        given = replace(choice("double"), forms=forms)
+        given = with_solution(choice("double"), solution, half)
         found = broken(region_claims(given, program("double"), Silent()))
         assert any(claim.startswith(name) and "every facet" in claim for claim in found)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from servogen.controllers.design import Status
 from servogen.controllers.lookup import Lookup
@@ -41,6 +42,9 @@ FAR = (1.0, 30.0, 1000.0)
 MOST_REGIONS = 500
 # How far inside and outside a row of the feasible set it is asked, in its own widths (``EDGE``).
 BESIDE = (-100.0, -10.0, 10.0, 100.0)
+# Terms of a move without bounds, in shares of its range, beyond which no parameter is asked: the
+# independent solver, whose sums they enter, would be wrong first.
+TELLABLE = 1e7
 # A law has to be asked if its largest ball is so wide, in roundings of the coordinates in it.
 VISIBLE = 1e3
 # Room for the sums that compare a parameter with a row: terms, each rounded.
@@ -68,6 +72,7 @@ def move_claims(
         thetas = np.vstack([thetas, points])
     thetas = np.vstack([thetas, _beside(own, design)])
     thetas = thetas[np.all(np.abs(thetas) < 0.1 * design.reach, axis=1)]
+    thetas = thetas[_tellable(problem, thetas)]
     found = _asked(problem, design, thetas, progress)
     name = design.precision.name
     tolerance = SAME_MOVE[name]
@@ -88,6 +93,15 @@ def move_claims(
         title = f"every law was asked, {name}: {len(found.laws)} of {_laws(design.form)}"
         claims.append(Claim(title, missed == 0, float(missed), 0.0, len(found.laws), "sample"))
     return claims
+
+
+def _tellable(problem: ParametricQP, thetas: FloatArray) -> npt.NDArray[np.bool_]:
+    """(N,) whether the terms of the moves without bounds leave a solver some digits of a range."""
+    slope, first = problem.unconstrained()[0], problem.first_move
+    span = np.abs(problem.upper[:first] - problem.lower[:first])
+    terms = np.abs(thetas) @ np.abs(slope[:first]).T
+    kept: npt.NDArray[np.bool_] = np.all(~(terms > TELLABLE * span), axis=1)
+    return kept
 
 
 def _solution(choice: Choice) -> ExplicitSolution | None:

@@ -32,8 +32,8 @@ MOST = 2500
 
 
 def solutions(choice: Choice) -> list[tuple[str, ExplicitSolution]]:
-    """What the emitted lookup was made from: the chosen form's solution, and the program's own, from
-    which the rows of its feasible set come. Forms that were counted and left are nobody's code."""
+    """What the emitted lookup was made from: the chosen form's solution, and the program's own,
+    whence the rows of its feasible set. Forms that were counted and left are nobody's code."""
     found: list[tuple[str, ExplicitSolution]] = []
     if choice.chosen.solution is not None:
         found.append((choice.chosen.name, choice.chosen.solution))
