@@ -1,8 +1,8 @@
 """What is claimed of a servo drive's lookup, proved on its regions and its trees.
 
-Every solution that a form was made from is proved from its program's matrices alone
-(``explicit.certify``), every tree that was grown is descended with every region, and a lookup
-without a tree has its clips proved. Boxes have a region for every pattern; that the largest of them
+What the emitted form was made from is proved from its program's matrices alone
+(``explicit.certify``), its tree is descended with every region, and a lookup without a tree has its
+clips proved. Boxes have a region for every pattern; that the largest of them
 leave nothing out is left with that count and a sample.
 """
 
