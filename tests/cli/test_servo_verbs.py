@@ -41,7 +41,7 @@ def test_run_does_all_of_it(drive: Path, servogen_command: Command) -> None:
     assert (out / "report.html").read_text(encoding="utf-8").count('class="plot"') == 8
     found = {name: json.loads((out / f"{name}.json").read_text()) for name in
              ("build", "sil", "wcet", "simulate", "study", "certificate")}  # fmt: skip
-    assert found["build"]["lookup"] == "clip tree"
+    assert found["build"]["lookup"] == "clip tree, odd across hyperplane 4"
     assert len(found["sil"]["closed_loops"]) == 6
     assert found["sil"]["passed"]
     assert next(iter(found["wcet"]["budgets"])) == "0.5 ms"

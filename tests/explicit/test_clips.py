@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 from oracle import first_moves
 
 from servogen.explicit.choose import choose
+from servogen.explicit.clip_laws import MOST_PATTERNS, prove_clips
 from servogen.explicit.clips import RecursiveClips, recursive_clips, without_first_bounds
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
 from servogen.explicit.grow import grow_tree
 from servogen.explicit.lookup import TreeLookup, count_clips, evaluate_clips, tree_lookup
+from servogen.explicit.tolerances import PROVED_LAW
 from servogen.qp.parametric import ParametricQP, parametric_qp
 
 
@@ -188,3 +190,51 @@ def test_coordinates_are_folded_where_that_is_less() -> None:
     assert lookup.count.multiply_adds == 2 * tree.depth + 2
     servo = solve(servo_drive(3), 100)
     assert tree_lookup(servo, grow_tree(servo, work=0)).matrix.shape == (3, 8)
+
+
+CLIPS = {
+    "servo": servo_drive(3),
+    "servo, four moves": servo_drive(4, 4),
+    "one": box(1, 1, 2, 1),
+    "two moves": box(2, 4, 3, 2),
+    "all moves": box(3, 3, 2, 3),
+    "few parameters": box(4, 4, 1, 1),
+}
+TABLES = ("matrix", "offset", "coefficients", "half", "middle", "lower", "upper")
+
+
+@pytest.mark.parametrize("name", CLIPS)
+def test_numbers_of_the_clips_are_proved_and_any_other_is_not(name: str) -> None:
+    problem = CLIPS[name]
+    clips = recursive_clips(problem)
+    found = prove_clips(problem, clips)
+    assert found.error < 1e-12
+    assert (found.patterns, found.complete) == (3**problem.variables, True)
+    for table in TABLES:
+        numbers = getattr(clips, table)
+        for place in np.ndindex(numbers.shape):
+            if table == "coefficients" and numbers[place] == 0.0:
+                continue  # of a variable that is free in that step
+            other = numbers.copy()
+            other[place] += 1e-5 * np.max(np.abs(numbers), initial=1e-3)
+            assert prove_clips(problem, replace(clips, **{table: other})).error > PROVED_LAW
+            other[place] = np.nan
+            assert prove_clips(problem, replace(clips, **{table: other})).error == np.inf
+
+
+def test_steps_of_the_clips_in_another_order_are_refuted() -> None:
+    problem = CLIPS["servo, four moves"]
+    clips = recursive_clips(problem)
+    for s in range(clips.index.size - 1):
+        index, steps = clips.index.copy(), clips.coefficients.copy()
+        index[[s, s + 1]], steps[[s, s + 1]] = index[[s + 1, s]], steps[[s + 1, s]]
+        other = replace(clips, index=index, coefficients=steps)
+        assert prove_clips(problem, other).error > PROVED_LAW
+    assert prove_clips(problem, replace(clips, moves=clips.moves - 1)).error > PROVED_LAW
+
+
+def test_of_many_patterns_some_are_asked() -> None:
+    problem = servo_drive(7, 7)
+    found = prove_clips(problem, recursive_clips(problem))
+    assert found.error < PROVED_LAW
+    assert (found.patterns, found.complete) == (MOST_PATTERNS, False)

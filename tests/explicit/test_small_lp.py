@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from servogen.explicit import small_lp
 from servogen.explicit.cones import cone_of, cut, homogeneous, sides
 from servogen.explicit.small_lp import (
     _transposed,
@@ -137,3 +138,15 @@ def test_one_singular_basis_spoils_no_other() -> None:
     solved, whole = _transposed(rows, np.array([[2.0, 3.0], [1.0, 2.0]]))
     assert whole.tolist() == [True, False]
     np.testing.assert_allclose(rows[0].T @ solved[0], [2.0, 3.0])
+
+
+def test_no_answer_is_not_an_empty_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row whose program nobody solved must not look redundant, as one over an empty set does."""
+    h, k = np.array([[1.0], [-1.0]]), np.array([-1.0, 0.0])
+    assert greatest(h, k, np.array([1.0])) == -np.inf
+
+    def gives_up(*_: object) -> None:
+        raise SetError("constraints", None, "a linear program that solves")
+
+    monkeypatch.setattr(small_lp, "maximise", gives_up)
+    assert greatest(h, k, np.array([1.0])) == np.inf

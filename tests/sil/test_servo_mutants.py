@@ -29,7 +29,7 @@ MUTANTS: dict[str, tuple[str, str, Any]] = {
     "sides": ("t", "_mpc_lookup.c", swap("_above[at] : ", "_below[at] : ")),
     "law": ("t", "_mpc_lookup_tables.h", nudge("_gains", 0)),
     "odd": ("t", "_mpc_lookup.c", swap("move[j] = -move[j];", "move[j] = move[j];")),
-    "edge": ("s", "_mpc_lookup_tables.h", nudge("_edge_bounds", 3, 1e-9)),
+    "edge": ("s", "_mpc_lookup_tables.h", nudge("_edge_bounds", 5, 1e-9)),
     "nothing found": ("s", "_mpc_lookup.c", swap("out->law = -1;", "out->law = 0;")),
     "clip": ("p", "_mpc_lookup.c", swap("kept - self->eta[i]", "kept")),
     "coefficient": ("p", "_mpc_lookup_tables.h", nudge("_coefficients", 3, 1e-9)),

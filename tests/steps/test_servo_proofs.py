@@ -13,17 +13,23 @@ import numpy as np
 import pytest
 from servo_example import example
 
+from servogen.controllers.design import Status
+from servogen.controllers.lookup import Lookup
 from servogen.controllers.lookup_design import LookupDesign, declare_lookup, design_lookup
 from servogen.emit.package import CPackage, emit_package
 from servogen.emit.read_back import read_back
 from servogen.errors import CheckFailed
 from servogen.explicit.choose import Choice, choose
+from servogen.explicit.clips import RecursiveClips
+from servogen.explicit.feasible import feasible_set
+from servogen.explicit.image import Canonical
 from servogen.explicit.lookup import TreeLookup
+from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tree import Tree
 from servogen.precision import FLOAT32, FLOAT64, PRECISIONS, Precision
 from servogen.progress import Silent
 from servogen.qp.parametric import ParametricQP
-from servogen.systems import servo_moves
+from servogen.systems import servo_moves, servo_proofs
 from servogen.systems.claims import Claim
 from servogen.systems.servo_moves import move_claims
 from servogen.systems.servo_proofs import region_claims, solutions, tree_claims
@@ -31,7 +37,7 @@ from servogen.systems.servo_tables import Emitted, edge_claims, table_claims
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "explicit"))
 
-from explicit_problems import double_integrator, transport
+from explicit_problems import double_integrator, servo_drive, transport
 
 pytestmark = pytest.mark.xdist_group("servo_drive")  # the example is prepared once
 PREFIX = "headstock_mpc_lookup"
@@ -126,7 +132,7 @@ def test_the_example_is_proved() -> None:
 def test_programs_with_rows_and_a_domain_are_proved(name: str) -> None:
     own = emitted(small_packages(name), name)
     claims = region_claims(choice(name), program(name), Silent())
-    claims += tree_claims(choice(name), Silent())
+    claims += tree_claims(choice(name), program(name), Silent())
     for one in own:
         claims += table_claims(choice(name).chosen, program(name), one)
     claims += edge_claims(program(name), own)
@@ -141,24 +147,150 @@ def test_a_region_less_is_noticed() -> None:
     given, problem = example().choice, example().parts.mpc.problem.qp
     for name, solution in solutions(given):
         less = replace(solution, regions=solution.regions[1:], law_of=solution.law_of[1:])
-        forms = tuple(
-            replace(form, solution=less) if form.solution is solution else form
-            for form in given.forms
-        )
-        found = broken(region_claims(replace(given, forms=forms), problem, Silent()))
+        changed = with_solution(given, solution, less)
+        found = broken(region_claims(changed, problem, Silent()))
         assert any(claim.startswith(name) and "pattern" in claim for claim in found)
         assert any(claim.startswith(name) and "every facet" in claim for claim in found)
+
+
+def with_solution(given: Choice, old: ExplicitSolution, new: ExplicitSolution) -> Choice:
+    """The choice with another solution in every form that has the old one."""
+    forms = tuple(
+        replace(form, solution=new) if form.solution is old else form for form in given.forms
+    )
+    chosen, own = given.chosen, given.own
+    return replace(
+        given,
+        forms=forms,
+        chosen=replace(chosen, solution=new) if chosen.solution is old else chosen,
+        own=new if own is old else own,
+    )
+
+
+def said_of(name: str, other: ExplicitSolution) -> list[str]:
+    """What is refused where the first solution of a choice is another."""
+    given = choice(name)
+    changed = with_solution(given, solutions(given)[0][1], other)
+    return broken(region_claims(changed, program(name), Silent()))
+
+
+def test_laws_in_another_order_are_noticed() -> None:
+    own = solutions(choice("double"))[0][1]
+    rolled = replace(own, law_of=np.roll(own.law_of, 1))
+    found = said_of("double", rolled)
+    assert len(found) == 1
+    assert "each law is the optimum's first move" in found[0]
+
+
+def test_a_region_that_reaches_too_far_is_noticed() -> None:
+    """A facet pushed out by less than what counts as a gap, into where another law is optimal."""
+    own = solutions(choice("double"))[0][1]
+    k = own.regions[0].k.copy()
+    k[0] += 1e-6
+    wide = replace(own, regions=(replace(own.regions[0], k=k), *own.regions[1:]))
+    found = said_of("double", wide)
+    assert any("optimal all over" in claim for claim in found)
+
+
+def test_coordinates_that_hide_a_parameter_are_noticed() -> None:
+    own = solutions(choice("double"))[0][1]
+    matrix = own.image.matrix.copy()
+    matrix[1] = 0.0
+    program = replace(own.program, image=replace(own.image, matrix=matrix))
+    assert any("show what matters" in claim for claim in said_of("double", own_with(own, program)))
+
+
+def test_a_domain_that_is_cut_short_is_noticed() -> None:
+    own = solutions(choice("double"))[0][1]
+    program = replace(own.program, domain_bounds=own.program.domain_bounds * 0.9)
+    assert any("show what matters" in claim for claim in said_of("double", own_with(own, program)))
+
+
+def own_with(own: ExplicitSolution, program: Canonical) -> ExplicitSolution:
+    return replace(own, program=program)
+
+
+def test_a_gap_beyond_what_may_be_open_is_noticed() -> None:
+    """Two planes that count as one, turned against each other."""
+    own = solutions(choice("double"))[0][1]
+    for region in own.regions[:3]:
+        regions = list(own.regions)
+        h = region.h + 8e-9 * np.column_stack([-region.h[:, 1], region.h[:, 0]])
+        regions[own.regions.index(region)] = replace(region, h=h)
+        found = said_of("double", replace(own, regions=tuple(regions)))
+        assert any("no larger ball" in claim for claim in found)
+
+
+def test_laws_of_more_regions_than_are_covered_are_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Boxes with so many regions: their laws as ever, and a look beyond every facet."""
+    monkeypatch.setattr(servo_proofs, "MOST", 10)
+    given, problem = example().choice, example().parts.mpc.problem.qp
+    own = next(s for _, s in solutions(given) if len(s.regions) == 27)
+    claims = region_claims(given, problem, Silent())
+    assert broken(claims) == []
+    assert any("27 regions: beyond every facet" in claim.name for claim in claims)
+    assert not any("27 regions: every facet" in claim.name for claim in claims)
+    rolled = with_solution(given, own, replace(own, law_of=np.roll(own.law_of, 1)))
+    found = broken(region_claims(rolled, problem, Silent()))
+    assert len(found) == 1
+    assert "each law is the optimum's first move" in found[0]
+    k = own.regions[0].k + 1e-3
+    wide = replace(own, regions=(replace(own.regions[0], k=k), *own.regions[1:]))
+    found = broken(region_claims(with_solution(given, own, wide), problem, Silent()))
+    assert len(found) == 1
+    assert "optimal all over" in found[0]
+    # drawn in: the law and the count stay right
+    narrow = replace(own.regions[0], k=own.regions[0].k - 1e-3)
+    less = with_solution(given, own, replace(own, regions=(narrow, *own.regions[1:])))
+    found = broken(region_claims(less, problem, Silent()))
+    assert len(found) == 1
+    assert "beyond every facet lies another" in found[0]
+
+
+@cache
+def clips_choice() -> tuple[ParametricQP, Choice]:
+    """Too many regions to enumerate: clips win, and no form has a tree."""
+    problem = servo_drive(3)
+    return problem, choose(problem, 5, 20)
+
+
+def test_a_lookup_without_a_tree_is_proved() -> None:
+    problem, given = clips_choice()
+    assert given.chosen.tree is None
+    assert region_claims(given, problem, Silent()) == []
+    claims = tree_claims(given, problem, Silent())
+    assert [(claim.holds, claim.cases, claim.kind) for claim in claims] == [(True, 27, "proof")]
+    clips = given.chosen.lookup
+    assert isinstance(clips, RecursiveClips)
+    for place in np.argwhere(clips.coefficients):
+        coefficients = clips.coefficients.copy()
+        coefficients[*place] *= 1.0 + 1e-5
+        chosen = replace(given.chosen, lookup=replace(clips, coefficients=coefficients))
+        other = replace(given, chosen=chosen)
+        assert len(broken(tree_claims(other, problem, Silent()))) == 1
+
+
+@pytest.mark.parametrize(("precision", "width"), [(FLOAT64, 1e-9), (FLOAT32, 1e-5)])
+def test_the_edge_is_no_wider_than_rounding(precision: Precision, width: float) -> None:
+    """A third of the width beyond a row a parameter is taken, at three times it is not."""
+    own = feasible_set(solutions(choice("double"))[-1][1])
+    lookup = Lookup(design("double", precision))
+    for angle in np.linspace(0.1, 6.2, 24):
+        way = np.array([np.cos(angle), np.sin(angle)])
+        speed = own.rows @ way
+        times = np.where(speed > 0.0, own.bounds / np.where(speed > 0.0, speed, 1.0), np.inf)
+        row = int(np.argmin(times))
+        for share, status in ((0.3, Status.OK), (3.0, Status.INFEASIBLE)):
+            bound = own.bounds[row] + share * width * (1.0 + abs(own.bounds[row]))
+            theta = (bound / speed[row] * way).astype(precision.dtype)
+            assert lookup.call("find", {"theta": theta})[0] is status
 
 
 def test_half_the_regions_of_a_program_with_rows_is_noticed() -> None:
     """What the search says of itself is not asked."""
     for name, solution in solutions(choice("double")):
         half = replace(solution, regions=solution.regions[::2], law_of=solution.law_of[::2])
-        forms = tuple(
-            replace(form, solution=half) if form.solution is solution else form
-            for form in choice("double").forms
-        )
-        given = replace(choice("double"), forms=forms)
+        given = with_solution(choice("double"), solution, half)
         found = broken(region_claims(given, program("double"), Silent()))
         assert any(claim.startswith(name) and "every facet" in claim for claim in found)
 
@@ -179,7 +311,7 @@ def test_a_leaf_with_another_law_is_noticed() -> None:
         law = -1 - children[row, side]
         children[row, side] = -1 - ((law + 1) % 9)
         other = with_tree(system.choice, replace(tree, children=children))
-        found = broken(tree_claims(other, Silent()))
+        found = broken(tree_claims(other, system.parts.mpc.problem.qp, Silent()))
         assert any("reaches a leaf" in claim for claim in found)
 
 
@@ -264,23 +396,26 @@ def test_a_row_of_the_feasible_set_less_is_noticed() -> None:
 def test_text_that_is_no_table_is_refused() -> None:
     package = packages()[0]
     file = f"{PREFIX}_tables.h"
-    for old, new in (("_safe[1] = {", "_safe[2] = {"), ("0.0f", "ZERO"), ("[39]", "[N]")):
+    size = re.search(r"_normals(\[\d+\])", package.files[file])
+    assert size is not None
+    for old, new in (("_safe[1] = {", "_safe[2] = {"), ("0.0f", "ZERO"), (size[1], "[N]")):
         with pytest.raises(CheckFailed):
             read_back(changed(package, file, old, new), PREFIX)
     with pytest.raises(CheckFailed):
         read_back(package, "nobody")
 
 
-def test_a_wrong_law_gives_other_first_moves() -> None:
+@pytest.mark.parametrize(("precision", "by"), [(FLOAT64, 1e-7), (FLOAT32, 1e-2)])
+def test_a_wrong_law_gives_other_first_moves(precision: Precision, by: float) -> None:
     """Every law is asked, so that any one of them is found out."""
     problem, given = program("double"), choice("double")
-    right = design("double", FLOAT64)
+    right = design("double", precision)
     form = right.form
     assert isinstance(form, TreeLookup)
     for law in range(0, len(form.gains), 3):
         gains, offsets = form.gains.copy(), form.offsets.copy()
-        gains[law] += 1e-3
-        offsets[law] += 1e-3
+        gains[law] += by
+        offsets[law] += by
         other = replace(right, form=replace(form, gains=gains, offsets=offsets))
         found = broken(move_claims(problem, given, other, Silent()))
         assert any("the first move" in claim for claim in found)

@@ -221,7 +221,7 @@ def test_a_box_with_more_patterns_than_regions_allowed_is_looked_up_by_clips(
     regions, tree = own.proofs
     assert regions.absent
     claims = tree.prove(packages(own), Silent())
-    assert any("tables are those of the form" in claim.name for claim in claims)
+    assert any("tables are those of the proved clips" in claim.name for claim in claims)
     assert any(claim.kind == "sample" for claim in claims)
     assert all(claim.holds for claim in claims)
 

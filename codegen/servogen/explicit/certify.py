@@ -16,25 +16,31 @@ from dataclasses import dataclass
 
 from servogen.explicit.covering import Cover, prove_cover
 from servogen.explicit.optimality import Optimal, prove_optimal
-from servogen.explicit.restated import domain_excess, restate
+from servogen.explicit.restated import Restated, domain_excess, restate
 from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tolerances import HOLE, PROVED, PROVED_LAW, SEEN
 from servogen.progress import Progress
 
 
 @dataclass(frozen=True)
-class Certified:
-    """What was found of a solution.
+class CertifiedLaws:
+    """What was found of each region on its own.
 
     Attributes:
         unseen: what of a multiplier, slack or first move the coordinates do not show, as a share of
             its terms; domain: by how much a parameter of the domain may lie outside that in them.
-        optimal, cover: see there.
+        optimal: see there.
     """
 
     unseen: float
     domain: float
     optimal: Optimal
+
+
+@dataclass(frozen=True)
+class Certified(CertifiedLaws):
+    """What was found of a solution: of its regions and of what they cover."""
+
     cover: Cover
 
     @property
@@ -55,10 +61,22 @@ class Certified:
 
 def certify(solution: ExplicitSolution, progress: Progress) -> Certified:
     """The proof of all regions of a solution; its ``findings`` are not looked at."""
-    program, regions = solution.program, solution.regions
-    own = restate(solution.problem, solution.image, program.domain_rows, program.domain_bounds)
-    with progress.task("Proving regions", total=2 * len(regions)) as task:
+    laws, regions = certify_laws(solution, progress), solution.regions
+    with progress.task("Proving what regions cover", total=len(regions)) as task:
+        cover = prove_cover(_own(solution), regions, task)
+    return Certified(laws.unseen, laws.domain, laws.optimal, cover)
+
+
+def certify_laws(solution: ExplicitSolution, progress: Progress) -> CertifiedLaws:
+    """That every region is optimal all over and has its optimum's first move; not that none is
+    missing."""
+    own, regions = _own(solution), solution.regions
+    with progress.task("Proving regions", total=len(regions)) as task:
         optimal = prove_optimal(own, regions, solution.law_of, solution.laws, task)
-        cover = prove_cover(own, regions, task)
     unseen = max(optimal.unseen, own.feasible_rows()[3])
-    return Certified(unseen, domain_excess(own), optimal, cover)
+    return CertifiedLaws(unseen, domain_excess(own), optimal)
+
+
+def _own(solution: ExplicitSolution) -> Restated:
+    program = solution.program
+    return restate(solution.problem, solution.image, program.domain_rows, program.domain_bounds)

@@ -223,13 +223,16 @@ def _trees(
 
 
 def _mirrors(arrangement: Arrangement) -> list[tuple[str, FloatArray]]:
-    """Directions to mirror an odd program in: coordinates, and across facets of its regions."""
+    """Directions to mirror an odd program in: coordinates, and across facets of its regions. Those
+    of a program with rows may lie so close that coordinates across one of them tell others apart
+    by too few digits for the proof of coverage."""
     if not is_odd(arrangement.solution):
         return []
     size = arrangement.solution.image.size
     told = [(f", odd in eta_{i}", row) for i, row in enumerate(np.eye(size))]
     known = [row for _, row in told]
-    for i, plane in enumerate(arrangement.planes):
+    box = arrangement.solution.findings.closed_form
+    for i, plane in enumerate(arrangement.planes if box else ()):
         direction = plane[:size] / np.linalg.norm(plane[:size])
         if min(np.max(np.abs(direction - row)) for row in known) > SAME_PLANE:
             known.append(direction)

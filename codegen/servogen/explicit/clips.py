@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from servogen.explicit.boxes import scaled_hessian
 from servogen.explicit.errors import ExplicitError
-from servogen.explicit.image import Image, scaled_optimum, scales
+from servogen.explicit.image import scaled_optimum, scales
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.qp.parametric import ParametricQP
 
@@ -140,8 +140,3 @@ def recursive_clips(problem: ParametricQP) -> RecursiveClips:
         read_only(problem.lower[:nu]),
         read_only(problem.upper[:nu]),
     )
-
-
-def image_of(clips: RecursiveClips) -> Image:
-    """eta of theta."""
-    return Image(clips.matrix, clips.offset)

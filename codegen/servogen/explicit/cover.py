@@ -16,7 +16,14 @@ import numpy as np
 from servogen.explicit.image import Canonical
 from servogen.explicit.regions import Region
 from servogen.explicit.small_lp import greatest, inner_ball
-from servogen.explicit.tolerances import FLAT, QP_VIOLATION, SAME_PLANE, STEPS_ACROSS, TOUCHES
+from servogen.explicit.tolerances import (
+    END_SHARE,
+    FLAT,
+    QP_VIOLATION,
+    SAME_PLANE,
+    STEPS_ACROSS,
+    TOUCHES,
+)
 from servogen.plants.statespace import FloatArray
 from servogen.qp.active_set import project
 
@@ -91,7 +98,8 @@ def bounds_feasible_set(program: Canonical, normal: FloatArray, height: float) -
                       program.domain_rows])  # fmt: skip
     objective = np.concatenate([np.zeros(program.g.shape[1]), normal])
     bounds = np.concatenate([program.w, program.domain_bounds])
-    return greatest(np.vstack([rows, wide]), bounds, objective) <= height + FLAT
+    room = max(FLAT, END_SHARE * float(np.max(np.abs(bounds), initial=0.0)))
+    return greatest(np.vstack([rows, wide]), bounds, objective) <= height + room
 
 
 def _shared(piece: Facet, region: Region) -> float:
@@ -108,11 +116,10 @@ def _shared(piece: Facet, region: Region) -> float:
 
 @dataclass(frozen=True)
 class Behind:
-    """What lies behind a piece of a facet: a region that shares a full-dimensional part of it, the
-    end of the feasible set, or, where neither was found, ``note``: which active sets were met."""
+    """What lies behind a piece of a facet: a region that shares a full-dimensional part of it, or
+    none: the end of the feasible set unless there is a ``note`` of which active sets were met."""
 
     region: Region | None
-    is_end: bool
     note: str
 
 
@@ -128,7 +135,7 @@ def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region
         if optimum is None:
             height = float(piece.normal @ piece.foot)
             if bounds_feasible_set(program, piece.normal, height):
-                return Behind(None, True, "")
+                return Behind(None, "")
             continue
         met.append(optimum.active)
         region = build(optimum.active)
@@ -136,6 +143,6 @@ def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region
             continue
         excess = np.max(region.h @ point - region.k) if region.k.size else -1.0
         if excess <= TOUCHES and _shared(piece, region) > FLAT:
-            return Behind(region, False, "")
+            return Behind(region, "")
     where = np.array2string(point, precision=6)
-    return Behind(None, False, f"behind a facet at {where}, radius {radius:.1e}: active sets {met}")
+    return Behind(None, f"behind a facet at {where}, radius {radius:.1e}: active sets {met}")

@@ -6,7 +6,9 @@ segments. All of them run in the feasible set, which is convex, and each leaves 
 last time: through a facet, at a point that no region covers from beyond. If that is impossible for
 all points of facets but a few strips, those have to catch every segment; so the smaller ball has no
 larger cross-section than the strips, and what is missing is known to be small (``hole``). All
-this within ``FAR`` of the origin, beyond which the digits of rows no longer tell planes apart.
+this within ``FAR`` of the origin, beyond which the digits of rows no longer tell planes apart: how
+far apart two planes are that are taken as one is measured there. Between them is a slab that no
+region need cover, with sides that segments may leave through: they are added to the strips.
 Nothing of the way the regions were found is used; that they do not overlap neither, the optimum
 being unique.
 """
@@ -26,6 +28,7 @@ from servogen.explicit.facet_parts import (
     facet_balls,
     facet_on,
     facet_tops,
+    gap_behind,
     padded_balls,
     region_balls,
     same_rows,
@@ -34,7 +37,7 @@ from servogen.explicit.facet_parts import (
 )
 from servogen.explicit.regions import Region
 from servogen.explicit.restated import Restated
-from servogen.explicit.tolerances import FLAT, REDUNDANT, SAME_PLANE, SLIVER
+from servogen.explicit.tolerances import END_SHARE, FAR, FLAT, REDUNDANT, SAME_PLANE, SLIVER
 from servogen.plants.statespace import FloatArray
 from servogen.progress import Task
 from servogen.sets.errors import SetError
@@ -85,6 +88,22 @@ def prove_cover(own: Restated, regions: Sequence[Region], task: Task) -> Cover:
     return proof.result()
 
 
+@dataclass
+class _End:
+    """The greatest height of a feasible parameter along ``normal``, and by how much some of them
+    may lie beyond the facets that were found to be there."""
+
+    normal: FloatArray
+    top: float
+    beyond: float = 0.0
+
+    def meet(self, facet: Facet) -> None:
+        """One more such facet."""
+        turned = float(np.linalg.norm(facet.normal - self.normal))
+        height = float(facet.normal @ facet.foot)
+        self.beyond = max(self.beyond, self.top - height + turned * FAR)
+
+
 class _Proof:
     def __init__(self, own: Restated, regions: Sequence[Region]) -> None:
         self.own, self.regions = own, regions
@@ -94,12 +113,14 @@ class _Proof:
         self.k = np.concatenate([region.k for region in regions])
         self.region_of = np.repeat(np.arange(len(regions)), [r.k.size for r in regions])
         self.limits = own.feasible_rows()
-        self.ends: dict[tuple[float, ...], bool] = {}
+        self.ends: dict[tuple[float, ...], _End] = {}
         self.pending: list[tuple[Facet, int, FloatArray, FloatArray]] = []
         self.count = self.shared = self.ended = 0
         self.open: list[float] = []
         self.slivers: list[float] = []
-        self.passed_over = 0.0
+        self.passed_over = 0.0  # radii of flat pieces
+        self.strips = self.slabs = 0.0  # widths
+        self.used: list[Region] = []  # behind the facet that is being cut
         self.where = ""
 
     def look_at(self, chosen: Sequence[int]) -> None:
@@ -116,7 +137,9 @@ class _Proof:
             if len(behind) > 1:
                 behind = self._touching([facet], behind)
             if len(behind) == 1:
-                self.pending.append((facet, behind[0], *trace(facet, self.regions[behind[0]])))
+                neighbour = self.regions[behind[0]]
+                self.pending.append((facet, behind[0], *trace(facet, neighbour)))
+                self._add_gap(facet, [neighbour])
             else:
                 self._cut(facet, behind)
 
@@ -126,14 +149,14 @@ class _Proof:
         fails: dict[int, bool] = {}
         for i, (facet, _, rows, bounds) in enumerate(self.pending):
             same, looser = same_rows(facet, rows, bounds)
-            self.passed_over += looser
+            self.strips += looser
             work += [(i, rows[j], float(bounds[j])) for j in np.flatnonzero(~same)]
         for start in range(0, len(work), _CHUNK):
             chunk = work[start : start + _CHUNK]
             tops = facet_tops([self.pending[i][0] for i, _, _ in chunk], chunk)
             for (i, _, bound), top in zip(chunk, tops, strict=True):
                 fails[i] = fails.get(i, False) or top > bound + REDUNDANT
-                self.passed_over += max(0.0, min(top - bound, REDUNDANT))
+                self.strips += max(0.0, min(top - bound, REDUNDANT))
         for i, (facet, neighbour, _, _) in enumerate(self.pending):
             if fails.get(i, False):
                 self._cut(facet, [neighbour])
@@ -142,11 +165,8 @@ class _Proof:
 
     def result(self) -> Cover:
         d = self.own.coordinates - 1
-        width = self.passed_over + sum(self.slivers)
-        # a convex set without a ball of radius a lies between planes 2 a sqrt(d + 2) apart
-        # (Steinhagen); so does its shadow, which covers that much of a ball's cross-section
-        hole = 2.0 * sqrt(d + 2.0) * width * _ball(d - 1) / _ball(d) if d else width
-        hole += SAME_PLANE  # between a facet and its neighbour's
+        slabs = self.slabs + sum(end.beyond for end in self.ends.values())
+        hole = largest_missed(d, self.passed_over + sum(self.slivers), self.strips, slabs)
         largest = max(ball.radius for ball in self.balls)
         if self.open or largest <= max(hole, FLAT):
             hole = float("inf")
@@ -154,6 +174,11 @@ class _Proof:
             self.count, self.shared, self.ended, tuple(self.open), tuple(self.slivers), hole,
             max(largest, 0.0), self.where,
         )  # fmt: skip
+
+    def _add_gap(self, facet: Facet, behind: list[Region]) -> None:
+        slab, sides = gap_behind(facet, behind)
+        self.slabs += slab
+        self.strips += sides
 
     def _behind(self, index: int, row: int) -> list[int]:
         """Regions with a facet on the same plane, seen from the other side."""
@@ -167,24 +192,30 @@ class _Proof:
     def _cut(self, facet: Facet, neighbours: list[int]) -> None:
         """What ``neighbours`` leave of a facet, then what any other region does, must bound the
         feasible set or be a sliver."""
+        self.used = []
         left = self._less([facet], neighbours)
         if left and not self._is_end(facet):
             left = self._less(left, self._crossing(facet, neighbours))
+        self._add_gap(facet, self.used)
         if not left:
             self.shared += 1
         elif self._is_end(facet):
             self.ended += 1
+            self.ends[_key(facet)].meet(facet)
         else:
             self._tell(left)
 
     def _less(self, pieces: list[Facet], neighbours: list[int]) -> list[Facet]:
         """The pieces of a facet without what lies in regions behind it."""
         for i in self._touching(pieces, neighbours):
-            left = []
+            left, cut = [], False
             for piece in pieces:
                 parts, flat = without(piece, self.regions[i])
                 self.passed_over += flat
                 left += parts
+                cut |= len(parts) != 1 or parts[0] is not piece
+            if cut:
+                self.used.append(self.regions[i])
             pieces = left
             if len(pieces) > MOST_PIECES:
                 break  # what is left counts as open
@@ -223,8 +254,7 @@ class _Proof:
     def _is_end(self, facet: Facet) -> bool:
         """Whether no feasible parameter lies beyond a facet's plane: one linear program in the
         program's variables and eta, for each plane once."""
-        height = float(facet.normal @ facet.foot)
-        key = (*np.round(facet.normal, 8), round(height, 8))
+        height, key = float(facet.normal @ facet.foot), _key(facet)
         if key not in self.ends:
             a, b, c, _ = self.limits
             wide = np.zeros((self.own.domain_bounds.size, a.shape[1]))
@@ -234,8 +264,9 @@ class _Proof:
                 top = maximise(rows, np.append(b, self.own.domain_bounds), objective).value
             except SetError:
                 top = np.inf  # a feasible set without a point ends nowhere
-            self.ends[key] = top <= height + FLAT
-        return self.ends[key]
+            self.ends[key] = _End(facet.normal, top)
+        b = np.abs(self.limits[1])
+        return self.ends[key].top <= height + max(FLAT, END_SHARE * float(np.max(b, initial=0.0)))
 
     def _tell(self, pieces: list[Facet]) -> None:
         for piece in pieces:
@@ -247,6 +278,32 @@ class _Proof:
             if not self.where:
                 point = piece.foot + piece.basis @ ball.centre
                 self.where = np.array2string(point, precision=4)
+
+
+def largest_missed(dimension: int, radii: float, strips: float, slabs: float) -> float:
+    """Radius of the largest ball that segments can miss.
+
+    A convex set without a ball of radius a lies between planes 2 a sqrt(d + 2) apart (Steinhagen),
+    and so does its shadow. Of a ball of radius r, the discs across the segments within r / 2 of its
+    middle have at least the radius sqrt(3) r / 2; in one of them no more than the mean share of
+    points is in slabs, and strips have to catch what leads to the others.
+
+    Args:
+        dimension: of facets.
+        radii: of flat pieces of facets; strips, slabs: widths of others, and of gaps between
+            planes; all in sum.
+    """
+    if not dimension:  # a segment runs along the line itself
+        return radii + strips + slabs
+    shadow = 2.0 * sqrt(dimension + 2.0) * radii + strips
+    shares = _ball(dimension - 1) / _ball(dimension)
+    narrower = 2.0 / sqrt(3.0)
+    return narrower * shadow * shares + narrower**dimension * slabs
+
+
+def _key(facet: Facet) -> tuple[float, ...]:
+    """Of planes that one linear program is asked for."""
+    return (*np.round(facet.normal, 8), round(float(facet.normal @ facet.foot), 8))
 
 
 def _ball(dimension: int) -> float:

@@ -121,9 +121,28 @@ def trace(facet: Facet, region: Region) -> tuple[FloatArray, FloatArray]:
     return along[across] / lengths[across, None], bounds[across] / lengths[across]
 
 
+def gap_behind(facet: Facet, behind: Sequence[Region]) -> tuple[float, float]:
+    """What lies between a facet and the regions behind it, within ``FAR``: the width of the slab
+    that their rows along the plane leave, and of its sides as segments see them, in sum.
+
+    On the plane such a row, which ``trace`` leaves out, is exceeded by no more than its length
+    there times ``FAR``. The slab over the whole facet has a side on each of the facet's own rows,
+    as high as it is wide; its far end is cut short where a region recedes from the plane.
+    """
+    slab, sides = 0.0, float(facet.bounds.size)
+    for region in behind:
+        along, bounds = region.h @ facet.basis, region.k - region.h @ facet.foot
+        lengths = np.linalg.norm(along, axis=1)
+        across = lengths > SAME_PLANE
+        slab = max(slab, float(np.max(lengths[~across] * FAR - bounds[~across], initial=0.0)))
+        receding = np.maximum(region.h[across] @ facet.normal, 0.0) / lengths[across]
+        sides += float(np.sum(receding))
+    return slab, slab * sides
+
+
 def same_rows(facet: Facet, rows: FloatArray, bounds: FloatArray) -> tuple[BoolArray, float]:
     """(rows,) which are rows of the facet itself, so that nothing is to be shown, and by how much
-    those let the facet reach beyond them in sum."""
+    those let the facet reach beyond them within ``FAR``, in sum."""
     lengths = np.linalg.norm(facet.rows, axis=1)
     across = lengths > SAME_PLANE
     own = facet.rows[across] / lengths[across, None]
@@ -131,10 +150,12 @@ def same_rows(facet: Facet, rows: FloatArray, bounds: FloatArray) -> tuple[BoolA
     if not rows.size or not limits.size:
         return np.zeros(bounds.size, dtype=bool), 0.0
     apart = np.max(np.abs(rows[:, None] - own[None]), axis=2)
-    looser = np.where(apart <= REDUNDANT, limits[None] - bounds[:, None], np.inf)
-    least = np.maximum(np.min(looser, axis=1), 0.0)
-    same = least <= REDUNDANT
-    return same, float(np.sum(least[same]))
+    looser = np.maximum(limits[None] - bounds[:, None], 0.0)
+    chosen = np.argmin(np.where(apart <= REDUNDANT, looser, np.inf), axis=1)
+    at = np.arange(bounds.size)
+    same = (apart[at, chosen] <= REDUNDANT) & (looser[at, chosen] <= REDUNDANT)
+    turned = FAR * np.linalg.norm(rows - own[chosen], axis=1)
+    return same, float(np.sum((looser[at, chosen] + turned)[same]))
 
 
 def facet_tops(facets: list[Facet], work: list[tuple[int, FloatArray, float]]) -> FloatArray:

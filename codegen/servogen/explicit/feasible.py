@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from servogen.explicit.cover import bounds_feasible_set
+from servogen.explicit.image import Image
 from servogen.explicit.small_lp import greatest
 from servogen.explicit.solution import ExplicitSolution
-from servogen.explicit.tolerances import FLAT, REDUNDANT, SAME_PLANE
+from servogen.explicit.tolerances import FLAT, RANK, REDUNDANT, SAME_PLANE
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.qp.parametric import ParametricQP
 
@@ -46,10 +47,18 @@ def feasible_set(solution: ExplicitSolution) -> FeasibleSet:
         rows = np.vstack([rows, program.domain_rows])
         bounds = np.concatenate([bounds, program.domain_bounds])
         kept = _needed(rows, bounds)
-        rows, bounds = rows[kept] @ image.matrix, (bounds - rows @ image.offset)[kept]
+        rows, bounds = _over_theta(rows, image)[kept], (bounds - rows @ image.offset)[kept]
     else:
-        rows, bounds = _with_domain(problem, rows @ image.matrix, bounds - rows @ image.offset)
+        rows, bounds = _with_domain(problem, _over_theta(rows, image), bounds - rows @ image.offset)
     return FeasibleSet(read_only(rows), read_only(bounds))
+
+
+def _over_theta(rows: FloatArray, image: Image) -> FloatArray:
+    """Rows over eta as rows over theta. What cancels to rounding is nothing: a parameter that the
+    set does not limit would else be limited to 1e20 times its size."""
+    over, terms = rows @ image.matrix, np.abs(rows) @ np.abs(image.matrix)
+    result: FloatArray = np.where(np.abs(over) > RANK * terms, over, 0.0)
+    return result
 
 
 def _with_domain(

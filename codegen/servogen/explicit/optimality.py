@@ -17,7 +17,7 @@ from servogen.explicit.regions import Region
 from servogen.explicit.restated import Affine, Restated
 from servogen.explicit.small_lp import IntArray, greatest_many
 from servogen.explicit.solution import Laws
-from servogen.explicit.tolerances import CONSTANT_ROW, SAME_LAW, SEEN
+from servogen.explicit.tolerances import CONSTANT_ROW, LEAST_LAW, SAME_LAW, SEEN
 from servogen.plants.statespace import FloatArray
 from servogen.progress import Task
 
@@ -31,7 +31,7 @@ class Optimal:
 
     Attributes:
         law_error: greatest difference between a coefficient of a law and of the optimum's first
-            move, relative to the largest coefficient of that move among all laws.
+            move, relative to the law's largest coefficient of that move (``LEAST_LAW``).
         reach: greatest distance by which a region reaches beyond a plane where a multiplier or a
             slack turns negative; inf where the equations have no solution.
         unseen: see ``Restated.seen``.
@@ -149,7 +149,8 @@ def _terms(
 
 def _law_sizes(laws: Laws) -> FloatArray:
     tables = np.concatenate([laws.gains, laws.offsets[:, :, None]], axis=2)
-    sizes: FloatArray = np.max(np.abs(tables), axis=(0, 2))
+    sizes: FloatArray = np.max(np.abs(tables), axis=2)
+    sizes = np.maximum(sizes, LEAST_LAW * np.max(sizes, axis=0, initial=0.0))
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
@@ -159,7 +160,7 @@ def _law_difference(moves: Affine, laws: Laws, law: int, sizes: FloatArray) -> f
     apart = np.column_stack([
         laws.gains[law] - moves.slope, laws.offsets[law] - moves.offset,
     ])  # fmt: skip
-    return float(np.max(np.abs(apart) / sizes[:, None]))
+    return float(np.max(np.abs(apart) / sizes[law][:, None]))
 
 
 def _restated_rows(region: Region, h: FloatArray, k: FloatArray) -> FloatArray:

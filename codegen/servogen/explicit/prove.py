@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from servogen.explicit.errors import ExplicitError
-from servogen.explicit.small_lp import greatest_many, inner_balls
+from servogen.explicit.facet_parts import padded_balls
+from servogen.explicit.small_lp import greatest_many
 from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tolerances import FLAT, FLAT_UP_TO
 from servogen.explicit.tree import Tree
@@ -150,7 +151,7 @@ class _Walk:
             return alive
         self.programs += len(alive)
         least = FLAT if self.exact else -FLAT
-        balls = inner_balls(h, k)
+        balls = padded_balls(list(zip(h, k, strict=True)))  # no answer: it may remain
         return [
             i
             for i, ball in zip(alive, balls, strict=True)

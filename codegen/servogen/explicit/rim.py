@@ -17,6 +17,7 @@ from servogen.explicit.cones import cone_of
 from servogen.explicit.image import Image, canonical
 from servogen.explicit.restated import Restated, restate
 from servogen.explicit.small_lp import greatest_many
+from servogen.explicit.tolerances import END_SHARE
 from servogen.plants.statespace import FloatArray
 from servogen.qp.parametric import ParametricQP
 from servogen.sets.errors import SetError
@@ -34,12 +35,15 @@ class Rim:
         missing: greatest violation that the program's rows cannot be rid of at one of these, unit
             rows, generators of unit length with their homogeneous coordinate; inf without any.
         unseen: see ``Restated.seen``.
+        room: how far off ``tops`` may be, where the program's bounds are so large that a vertex is
+            found no better (``END_SHARE``).
     """
 
     tops: FloatArray
     generators: int
     missing: float
     unseen: float
+    room: float = 0.0
 
 
 def prove_rim(problem: ParametricQP, rows: FloatArray) -> Rim:
@@ -65,7 +69,9 @@ def prove_rim(problem: ParametricQP, rows: FloatArray) -> Rim:
     bounds = found @ np.column_stack([c, b]).T
     missing = _missing(a, bounds)
     beyond = found @ np.column_stack([own.domain_rows, -own.domain_bounds]).T
-    return Rim(tops, len(found), max(missing, float(np.max(beyond, initial=0.0))), unseen)
+    missing = max(missing, float(np.max(beyond, initial=0.0)))
+    room = END_SHARE * float(np.max(np.abs(limits), initial=0.0))
+    return Rim(tops, len(found), missing, unseen, room)
 
 
 def in_own_coordinates(problem: ParametricQP) -> Restated:
@@ -100,4 +106,5 @@ def _missing(a: FloatArray, bounds: FloatArray) -> float:
     rows = np.vstack([np.column_stack([a, -np.ones(len(a))]), least])
     limits = np.column_stack([asked, np.zeros(len(asked))])
     tops = greatest_many(rows, limits, np.tile(least, (len(asked), 1)))
+    tops[np.isposinf(tops)] = -np.inf  # no answer: nothing is shown
     return float(np.max(-tops))

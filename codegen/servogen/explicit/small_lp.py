@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from servogen.explicit.tolerances import LP_RESIDUAL
 from servogen.plants.statespace import FloatArray
-from servogen.sets.errors import SetError
+from servogen.sets.errors import EmptySetError, SetError
 from servogen.sets.polyhedron import maximise
 
 BoolArray = npt.NDArray[np.bool_]
@@ -44,7 +44,8 @@ class Ball:
 
 
 def greatest(h: FloatArray, k: FloatArray, objective: FloatArray) -> float:
-    """Greatest ``objective`` . x over {h x <= k}: inf if unbounded, -inf if the set is empty.
+    """Greatest ``objective`` . x over {h x <= k}: -inf if the set is empty, inf if unbounded or if
+    no answer was found, so that nobody takes a row for redundant that may not be.
 
     Args:
         h: (rows, n), rows of about unit size; k: (rows,); objective: (n,).
@@ -96,8 +97,10 @@ def _greatest_chunk(
             rows = h if h.ndim == 2 else h[i]
             rows = rows if shared is None else np.vstack([rows, shared])
             values[i] = maximise(rows, k[i], objectives[i]).value
-        except SetError:
+        except EmptySetError:
             values[i] = -np.inf
+        except SetError:
+            values[i] = np.inf
     return values
 
 

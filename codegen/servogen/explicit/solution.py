@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from servogen.explicit.image import Canonical, Image
 from servogen.explicit.regions import Region
-from servogen.explicit.tolerances import SAME_LAW
+from servogen.explicit.tolerances import LEAST_LAW, SAME_LAW
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.qp.parametric import ParametricQP
 
@@ -136,16 +136,18 @@ def first_move_law(
 def group_laws(gains: list[FloatArray], offsets: list[FloatArray]) -> tuple[Laws, IntArray]:
     """Equal laws once, in the order of first use, and the index of each given law among them.
 
-    Equal means coefficients within ``SAME_LAW`` of the largest of that move among all laws. A chain
-    of nearly equal laws could not creep: each is compared with the first of its group.
+    Equal means coefficients within ``SAME_LAW`` of the largest of that move in the two laws: others
+    may be a million times steeper. A chain of nearly equal laws could not creep: each is compared
+    with the first of its group.
     """
     tables = np.array([np.column_stack([g, o]) for g, o in zip(gains, offsets, strict=True)])
-    scale = np.max(np.abs(tables), axis=(0, 2))
-    tables_scaled = tables / np.where(scale > 0.0, scale, 1.0)[None, :, None]
+    sizes = np.max(np.abs(tables), axis=2)
+    sizes = np.maximum(sizes, LEAST_LAW * np.max(sizes, axis=0))
     leaders: list[int] = []
     index = np.zeros(len(gains), dtype=np.int64)
-    for i, table in enumerate(tables_scaled):
-        same = np.max(np.abs(tables_scaled[leaders] - table), axis=(1, 2)) <= SAME_LAW
+    for i, table in enumerate(tables):
+        apart = np.max(np.abs(tables[leaders] - table), axis=2)
+        same = np.all(apart <= SAME_LAW * np.maximum(sizes[leaders], sizes[i]), axis=1)
         if not np.any(same):
             leaders.append(i)
         index[i] = np.argmax(same) if np.any(same) else len(leaders) - 1

@@ -32,9 +32,12 @@ SAME_CUT = 1e-10
 # dropping rows cannot make a flat set look full-dimensional.
 REDUNDANT = 1e-9
 # Two first-move laws are one when their coefficients differ by no more than this, relative to the
-# largest coefficient of any law: exact duplicates agree to 1e-12, and a law replaced by another so
+# largest coefficient of the two: exact duplicates agree to 1e-12, and a law replaced by another so
 # close moves the first move by no more than 1e-9 of a bound per bound of parameter.
 SAME_LAW = 1e-9
+# A law smaller than this share of the largest is compared as if it were so large: what cancels to
+# a move of zero leaves roundings of the terms, which are no larger than those of the largest law.
+LEAST_LAW = 1e-5
 # The primal and dual residual at which a small linear program's vertex is accepted; beyond it the
 # program is handed to HiGHS.
 LP_RESIDUAL = 1e-10
@@ -46,6 +49,10 @@ STEPS_ACROSS = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 # Pieces of a facet narrower than this may be left over between what the regions behind it cover.
 # Those are known to a few FLAT; where planes meet at a hundredth, that is this wide.
 SLIVER = 1e-6
+# Beyond a plane there is nothing feasible if the program over parameters and variables reaches no
+# further than FLAT, or than this share of its largest bound: vertices that far from the origin are
+# found to 1e-10 per thousand, times the multipliers of a few rows.
+END_SHARE = 1e-11
 # A found neighbour must contain the point of the facet that was stepped across, within a step.
 TOUCHES = 1e-7
 # Sine of an angle, seen from the generators of a cone, below which a hyperplane only touches it.
@@ -67,8 +74,8 @@ SEEN = 1e-9
 # How far a region may reach beyond where its active set is optimal: planes within SAME_PLANE are
 # one when rows are gathered, on both sides of a facet and in either of two regions.
 PROVED = 5e-8
-# Laws are gathered within SAME_LAW of the largest coefficient; the same again for the roundings of
-# the two computations.
+# Laws are gathered within SAME_LAW of their largest coefficient; the same again for the roundings
+# of the two computations.
 PROVED_LAW = 2e-9
 # Largest ball, in shares of a bound, that what is left open between regions could hold in sum.
 HOLE = 1e-3

@@ -317,7 +317,7 @@ class ServoTarget(Section):
             "a number above 0 (deg)",
             gt=0,
             le=1e6,
-            description="|output - reference| of the MPC on the reference stays within; or none",
+            description="|output - reference| of the MPC stays within; none: half a turn or range",
         ),
     ] = None
 

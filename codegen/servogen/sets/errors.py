@@ -20,3 +20,7 @@ class SetError(ValueError):
         self.expected = expected
         shown = "" if value is None else f" is {value}"
         super().__init__(f"{key}{shown}, expected {expected}")
+
+
+class EmptySetError(SetError):
+    """A set without a point, where one is needed: told from a program that found no answer."""

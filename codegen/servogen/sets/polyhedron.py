@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.optimize import linprog
 
 from servogen.plants.statespace import FloatArray
-from servogen.sets.errors import SetError
+from servogen.sets.errors import EmptySetError, SetError
 
 IntArray = npt.NDArray[np.int64]
 
@@ -43,7 +43,8 @@ def maximise(h: FloatArray, k: FloatArray, objective: FloatArray) -> Maximum:
         h: (rows, n), k: (rows,), objective: (n,).
 
     Raises:
-        SetError: the set is empty, or HiGHS gives up.
+        EmptySetError: the set is empty.
+        SetError: HiGHS gives up.
     """
     columns = _powers_of_two(np.max(np.abs(h), axis=0)) if h.size else np.ones(objective.size)
     scaled = h / columns
@@ -56,7 +57,7 @@ def maximise(h: FloatArray, k: FloatArray, objective: FloatArray) -> Maximum:
     if result.status == 3:
         return Maximum(float("inf"), None)
     if result.status == 2:
-        raise SetError("constraints", None, "a set that is not empty")
+        raise EmptySetError("constraints", None, "a set that is not empty")
     if result.status != 0:
         raise SetError("constraints", None, f"a linear program that solves ({result.message})")
     return Maximum(float(cost @ result.x), np.asarray(result.x / columns, dtype=np.float64))
@@ -111,7 +112,7 @@ def remove_redundant(
             continue
         if not np.any(h[i]):
             if k[i] < 0.0:
-                raise SetError("constraints", None, "a set that is not empty")
+                raise EmptySetError("constraints", None, "a set that is not empty")
             kept = others
             continue
         # the row itself, loosened, keeps the LP bounded without changing the answer

@@ -9,6 +9,7 @@ import numpy as np
 from servogen.controllers.lookup_design import LookupDesign
 from servogen.explicit.feasible import FeasibleSet
 from servogen.explicit.lookup import TreeLookup, image
+from servogen.explicit.small_lp import inner_ball
 from servogen.explicit.tree import ordered_product
 from servogen.precision import FloatArray
 from servogen.sil.harness import Call
@@ -57,12 +58,14 @@ def _on_facets(
 
 
 def _at_the_edge(feasible: FeasibleSet, rng: np.random.Generator, back: FloatArray) -> FloatArray:
-    """On a facet, by a few steps across the feasible set from zero, where a plant may rest, each in
-    a direction of its own and but for the last a part of the way."""
+    """On a facet, by a few steps across the feasible set, each in a direction of its own and but
+    for the last a part of the way; from zero, where a plant may rest, or else from the middle."""
     theta: FloatArray = np.zeros(back.shape[0])
     with np.errstate(divide="ignore"):
         reach = np.min(np.abs(feasible.bounds)[:, None] / np.abs(feasible.rows), axis=0)
     sizes = np.where(np.isfinite(reach), reach, np.max(np.abs(back), axis=1))
+    if np.any(feasible.bounds < 0.0):
+        theta = sizes * inner_ball(feasible.rows * sizes, feasible.bounds).centre
     for step in range(_ACROSS):
         away = rng.normal(size=theta.size) * sizes
         room = feasible.bounds - feasible.rows @ theta

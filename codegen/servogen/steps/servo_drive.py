@@ -30,7 +30,7 @@ from servogen.systems.servo_proofs import region_claims, tree_claims
 from servogen.systems.servo_tables import Emitted, edge_claims, table_claims
 from servogen.systems.servo_task import Task, judge_task, reference_task, run_task
 
-PROOFS = {"regions": "Critical regions cover", "tree": "Search tree proved"}
+PROOFS = {"regions": "Critical regions cover", "tree": "Lookup proved"}
 
 
 @dataclass(frozen=True)
@@ -164,11 +164,11 @@ class ServoSystem:
         return region_claims(self.choice, self.parts.mpc.problem.qp, progress)
 
     def _tree(self, packages: Sequence[CPackage], progress: Progress) -> list[Claim]:
-        """Of the trees, of the tables in the C, and of what they give in either precision."""
+        """Of trees or clips, of the tables in the C, and of what they give in either precision."""
         problem, prefix = self.parts.mpc.problem.qp, self.parts.lookup.prefix
         texts = [read_back(package, prefix) for package in packages]
         emitted = [Emitted(own.precision, own.tables, own.dimensions) for own in texts]
-        claims = tree_claims(self.choice, progress)
+        claims = tree_claims(self.choice, problem, progress)
         for own in emitted:
             claims += table_claims(self.choice.chosen, problem, own)
         claims += edge_claims(problem, emitted)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from servogen.controllers.design import Status
 from servogen.controllers.lookup import Lookup
@@ -41,6 +42,9 @@ FAR = (1.0, 30.0, 1000.0)
 MOST_REGIONS = 500
 # How far inside and outside a row of the feasible set it is asked, in its own widths (``EDGE``).
 BESIDE = (-100.0, -10.0, 10.0, 100.0)
+# Terms of a move without bounds, in shares of its range, beyond which no parameter is asked: the
+# independent solver, whose sums they enter, would be wrong first.
+TELLABLE = 1e7
 # A law has to be asked if its largest ball is so wide, in roundings of the coordinates in it.
 VISIBLE = 1e3
 # Room for the sums that compare a parameter with a row: terms, each rounded.
@@ -68,6 +72,7 @@ def move_claims(
         thetas = np.vstack([thetas, points])
     thetas = np.vstack([thetas, _beside(own, design)])
     thetas = thetas[np.all(np.abs(thetas) < 0.1 * design.reach, axis=1)]
+    thetas = thetas[_tellable(problem, thetas)]
     found = _asked(problem, design, thetas, progress)
     name = design.precision.name
     tolerance = SAME_MOVE[name]
@@ -88,6 +93,15 @@ def move_claims(
         title = f"every law was asked, {name}: {len(found.laws)} of {_laws(design.form)}"
         claims.append(Claim(title, missed == 0, float(missed), 0.0, len(found.laws), "sample"))
     return claims
+
+
+def _tellable(problem: ParametricQP, thetas: FloatArray) -> npt.NDArray[np.bool_]:
+    """(N,) whether the terms of the moves without bounds leave a solver some digits of a range."""
+    slope, first = problem.unconstrained()[0], problem.first_move
+    span = np.abs(problem.upper[:first] - problem.lower[:first])
+    terms = np.abs(thetas) @ np.abs(slope[:first]).T
+    kept: npt.NDArray[np.bool_] = np.all(~(terms > TELLABLE * span), axis=1)
+    return kept
 
 
 def _solution(choice: Choice) -> ExplicitSolution | None:
@@ -125,7 +139,8 @@ def _inside(
     step = max(1, count // MOST_REGIONS)
     chosen = np.unique(np.concatenate([np.arange(0, count, step), first]))
     limits = [(own.domain_rows, own.domain_bounds), _edges(own, design)]
-    sets = [[_over(own, solution, int(i)), *limits] for i in chosen]
+    halves = _halves(own, design)
+    sets = [[_over(own, solution, int(i)), *limits, half] for half in halves for i in chosen]
     rows = [np.vstack([h for h, _ in parts]) for parts in sets]
     bounds = [np.concatenate([k for _, k in parts]) for parts in sets]
     most = max(1, max(k.size for k in bounds))
@@ -141,9 +156,20 @@ def _inside(
             continue
         points += [ball.centre, *_ways(ball.centre, rows[i], bounds[i], rng)]
         terms = np.max(np.abs(own.matrix) @ np.abs(own.inverse @ (ball.centre - own.shift)))
-        if ball.radius > VISIBLE * unit * (1.0 + float(terms)):
+        # a tree of one half answers in the other one by the law of the opposite region
+        if i < chosen.size and ball.radius > VISIBLE * unit * (1.0 + float(terms)):
             visible.add(int(laws[chosen[i]]))
     return own.theta(np.array(points)), frozenset(visible)
+
+
+def _halves(own: Restated, design: LookupDesign) -> list[tuple[FloatArray, FloatArray]]:
+    """Rows of the half that a tree with a mirror is grown for, then of the other one."""
+    form = design.form
+    if not isinstance(form, TreeLookup) or form.tree.mirror < 0:
+        return [(np.zeros((0, own.coordinates)), np.zeros(0))]
+    at = form.tree.mirror
+    row, shift = form.matrix[at : at + 1], form.offset[at : at + 1]
+    return [_rows(own, -row, shift), _rows(own, row, -shift)]
 
 
 def _over(own: Restated, solution: ExplicitSolution, index: int) -> tuple[FloatArray, FloatArray]:

@@ -1,8 +1,9 @@
 """What is claimed of a servo drive's lookup, proved on its regions and its trees.
 
-Every solution that a form was made from is proved from its program's matrices alone
-(``explicit.certify``), every tree that was grown is descended with every region. Boxes have a
-region for every pattern; the largest of them are left with that count and a sample.
+What the emitted form was made from is proved from its program's matrices alone
+(``explicit.certify``), its tree is descended with every region, and a lookup without a tree has its
+clips proved. Boxes have a region for every pattern; that the largest of them
+leave nothing out is left with that count and a sample.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from dataclasses import fields
 
 import numpy as np
 
-from servogen.explicit.certify import Certified, certify
+from servogen.explicit.certify import Certified, CertifiedLaws, certify, certify_laws
 from servogen.explicit.choose import Choice, Form
-from servogen.explicit.clips import without_first_bounds
+from servogen.explicit.clip_laws import prove_clips
+from servogen.explicit.clips import RecursiveClips, without_first_bounds
 from servogen.explicit.cover import facet_of, generic_point
 from servogen.explicit.prove import prove_tree
 from servogen.explicit.solution import ExplicitSolution
@@ -24,17 +26,19 @@ from servogen.systems.claims import Claim
 
 # How far beyond a facet its neighbour is sought: a thousandth of what counts as a region's size.
 BEYOND = 1e-6
-# Regions of a box up to which they are proved one by one: seven bounded variables, some seconds.
-# Beyond, neighbours are sought among a hundred thousand facets.
+# Regions of a box up to which what they cover is proved: seven bounded variables, some seconds.
+# Beyond, neighbours are sought among a hundred thousand facets. Their laws are proved all the same.
 MOST = 2500
 
 
 def solutions(choice: Choice) -> list[tuple[str, ExplicitSolution]]:
-    """Each solution that a form was made from, once, with the name of the first such form."""
+    """What the emitted lookup was made from: the chosen form's solution, and the program's own,
+    whence the rows of its feasible set. Forms that were counted and left are nobody's code."""
     found: list[tuple[str, ExplicitSolution]] = []
-    for form in choice.forms:
-        if form.solution is not None and all(form.solution is not s for _, s in found):
-            found.append((form.name, form.solution))
+    if choice.chosen.solution is not None:
+        found.append((choice.chosen.name, choice.chosen.solution))
+    if choice.own is not None and choice.own is not choice.chosen.solution:
+        found.append(("the program", choice.own))
     return found
 
 
@@ -51,9 +55,12 @@ def region_claims(choice: Choice, problem: ParametricQP, progress: Progress) -> 
         if solution.findings.closed_form:
             claims.append(_counted(told, solution))
         if solution.findings.closed_form and len(solution.regions) > MOST:
+            claims += _optimal(told, solution, certify_laws(solution, progress))
             claims.append(_behind_facets(told, solution))
         else:
-            claims += _certified(told, solution, certify(solution, progress))
+            found = certify(solution, progress)
+            claims += _optimal(told, solution, found)
+            claims += _covered(told, solution, found)
     return claims
 
 
@@ -71,11 +78,9 @@ def _its_program(told: str, solution: ExplicitSolution, problem: ParametricQP) -
     return Claim(title, same, float(not same), 0.0, len(fields(ParametricQP)))
 
 
-def _certified(told: str, solution: ExplicitSolution, found: Certified) -> list[Claim]:
-    optimal, cover, count = found.optimal, found.cover, len(solution.regions)
-    unseen, worst = max(found.unseen, found.domain, 0.0), max((0.0, *cover.open))
-    left = f"what {len(cover.slivers)} slivers leave open holds no larger ball"
-    # a program that nothing bounds has one region, the whole space, without facets
+def _optimal(told: str, solution: ExplicitSolution, found: CertifiedLaws) -> list[Claim]:
+    optimal, count = found.optimal, len(solution.regions)
+    unseen = max(found.unseen, found.domain, 0.0)
     return [
         Claim(f"{told}: their coordinates show what matters", unseen <= SEEN, unseen, SEEN, count),
         Claim(
@@ -86,6 +91,15 @@ def _certified(told: str, solution: ExplicitSolution, found: Certified) -> list[
             f"{told}: each law is the optimum's first move", optimal.law_error <= PROVED_LAW,
             optimal.law_error, PROVED_LAW, count,
         ),
+    ]  # fmt: skip
+
+
+def _covered(told: str, solution: ExplicitSolution, found: Certified) -> list[Claim]:
+    cover, count = found.cover, len(solution.regions)
+    worst = max((0.0, *cover.open))
+    left = f"what {len(cover.slivers)} slivers and gaps leave open holds no larger ball"
+    # a program that nothing bounds has one region, the whole space, without facets
+    return [
         Claim(
             f"{told}: every facet is shared or bounds the feasible set",
             not cover.open and count > 0, worst, SLIVER, cover.facets or count,
@@ -120,15 +134,23 @@ def _behind_facets(told: str, solution: ExplicitSolution) -> Claim:
     return Claim(title, lost == 0.0 and bool(points), lost, 0.0, len(points), "sample")
 
 
-def tree_claims(choice: Choice, progress: Progress) -> list[Claim]:
-    """Of every tree that was grown."""
-    grown = [form for form in choice.forms if form.tree is not None]
-    claims = []
-    with progress.task("Proving search trees", total=len(grown)) as task:
-        for form in grown:
-            claims.append(_proved(form))
-            task.advance()
+def tree_claims(choice: Choice, problem: ParametricQP, progress: Progress) -> list[Claim]:
+    """Of the tree that is emitted, or of the clips that stand in its place."""
+    if choice.chosen.tree is None:
+        return [_clips(choice.chosen, problem)]
+    with progress.task("Proving the search tree", total=1) as task:
+        claims = [_proved(choice.chosen)]
+        task.advance()
     return claims
+
+
+def _clips(form: Form, problem: ParametricQP) -> Claim:
+    """Every number of the clips matters in some pattern: there the law is the optimum's."""
+    assert isinstance(form.lookup, RecursiveClips)
+    found = prove_clips(problem, form.lookup)
+    title = f"{form.name}: in each pattern of {{lower, free, upper}} the optimum's first move"
+    holds, kind = found.error <= PROVED_LAW, "proof" if found.complete else "sample"
+    return Claim(title, holds, found.error, PROVED_LAW, found.patterns, kind)
 
 
 def _proved(form: Form) -> Claim:

@@ -13,7 +13,7 @@ import numpy as np
 
 from servogen.explicit.choose import Form
 from servogen.explicit.clips import RecursiveClips
-from servogen.explicit.rim import prove_rim
+from servogen.explicit.rim import Rim, prove_rim
 from servogen.explicit.tolerances import EDGE, PROVED, SEEN
 from servogen.precision import FloatArray, IntArray, Precision
 from servogen.qp.parametric import ParametricQP
@@ -108,7 +108,7 @@ def _clip_tables(form: Form, emitted: Emitted) -> Claim:
 
 
 def _same(form: Form, emitted: Emitted, worst: float, cases: int) -> Claim:
-    what = "form" if form.tree is None else "proved tree"
+    what = "proved clips" if form.tree is None else "proved tree"
     title = f"{form.name}, {emitted.precision.name}: the emitted tables are those of the {what}"
     return Claim(title, worst <= SAME_NUMBER, worst, SAME_NUMBER, cases)
 
@@ -193,12 +193,12 @@ def edge_claims(problem: ParametricQP, emitted: Sequence[Emitted]) -> list[Claim
         ),
         Claim(where, holds, rim.missing, PROVED, max(rim.generators, 1)),
     ]  # fmt: skip
-    return claims + [_edges(told, own, rows, rim.tops) for own in emitted if some]
+    return claims + [_edges(told, own, rows, rim) for own in emitted if some]
 
 
-def _edges(told: str, own: Emitted, rows: FloatArray, tops: FloatArray) -> Claim:
+def _edges(told: str, own: Emitted, rows: FloatArray, rim: Rim) -> Claim:
     """A precision's rows and bounds: where the feasible set ends, and ``EDGE`` for rounding."""
-    name = own.precision.name
+    name, tops = own.precision.name, rim.tops
     title = f"{told}, {name}: each ends where the set does, {EDGE[name]:g} beyond for rounding"
     found, bounds = own.real("edge_rows", rows.shape), own.real("edge_bounds", tops.shape)
     count = own.dimensions.get("EDGES", 0)
@@ -206,7 +206,7 @@ def _edges(told: str, own: Emitted, rows: FloatArray, tops: FloatArray) -> Claim
         return Claim(title, False, np.inf, SAME_BOUND, len(rows))
     wanted = tops + EDGE[name] * (1.0 + np.abs(tops))
     unit = 0.5 * np.spacing(np.abs(wanted).astype(own.precision.dtype)).astype(np.float64)
-    beyond = np.maximum(np.abs(bounds - wanted) - unit, 0.0) / (1.0 + np.abs(tops))
+    beyond = np.maximum(np.abs(bounds - wanted) - unit - rim.room, 0.0) / (1.0 + np.abs(tops))
     beyond = np.nan_to_num(beyond, nan=np.inf)
     worst = max(_apart(found, rows, own.precision), float(np.max(beyond)))
     return Claim(title, worst <= SAME_BOUND, worst, SAME_BOUND, len(rows))

@@ -24,6 +24,7 @@ PULL_BEGIN, PULL_END, PULL_RUN = 500, 700, 1400
 PULL_SHARE = 4.0 / 3.0
 CURRENT_KEY = "controller.mpc.current_limit_ma"
 TRACKING_KEY = "target.tracking_error_limit_deg"
+TURN_KEY, RANGE_KEY = "axis.turn_deg", "axis.position_range_deg"
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ class TaskRow:
 
 
 def _aim(bound: Bound) -> bool:
-    return bound.key == TRACKING_KEY
+    return bound.key in (TRACKING_KEY, TURN_KEY, RANGE_KEY)
 
 
 def judge_task(servo: ServoDrive, controller: str, task: Task, run: DriveRun) -> TaskRow:
@@ -168,13 +169,21 @@ def _bounds(servo: ServoDrive, mpc: bool, task: Task, run: DriveRun) -> list[Bou
         # the program keeps the position that it predicts, so what the plant does is reported
         limits, key = settings.position_bound_deg, "controller.mpc.position_bound_deg"
         found += _sides("position", "deg", run.output, limits, samples, False, key)
-    limit_deg = project.target.tracking_error_limit_deg
-    if limit_deg is not None and task.load is None:
-        worst = float(np.max(np.abs(run.error)))
-        found.append(
-            Bound("tracking error", "deg", worst, limit_deg, samples, mpc, key=TRACKING_KEY)
-        )
+    if task.load is None:
+        worst, (limit_deg, key) = float(np.max(np.abs(run.error))), _tracking_limit(servo)
+        found.append(Bound("tracking error", "deg", worst, limit_deg, samples, mpc, key=key))
     return found
+
+
+def _tracking_limit(servo: ServoDrive) -> tuple[float, str]:
+    """The project's own, or that beyond which an axis is lost: half a turn, after which it would go
+    the other way, or all of its range."""
+    asked, axis = servo.project.target.tracking_error_limit_deg, servo.project.axis
+    if asked is not None:
+        return asked, TRACKING_KEY
+    if axis.turn_deg > 0.0:
+        return 0.5 * axis.turn_deg, TURN_KEY
+    return axis.position_range_deg, RANGE_KEY
 
 
 def _sides(
