@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from explicit_problems import LIMIT_MA, double_integrator, random_program, servo_drive
 
+from servogen.explicit import facet_parts
 from servogen.explicit.clips import without_first_bounds
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
@@ -15,6 +16,7 @@ from servogen.explicit.prove import prove_tree, rounding_slack
 from servogen.explicit.solution import ExplicitSolution
 from servogen.explicit.tree import Tree, descend
 from servogen.qp.parametric import parametric_qp
+from servogen.sets.errors import SetError
 
 
 @pytest.fixture(scope="module")
@@ -208,3 +210,18 @@ def test_one_law_is_a_tree_without_nodes() -> None:
 def test_tree_and_solution_must_fit(limited: ExplicitSolution, relaxed: ExplicitSolution) -> None:
     with pytest.raises(ExplicitError, match="coordinates"):
         prove_tree(grow_tree(limited, work=0), relaxed)
+
+
+def test_programs_that_no_batch_settles_are_asked_one_by_one(
+    relaxed: ExplicitSolution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What then has no answer may remain: a tree is not refused for it with an internal error."""
+
+    def gives_up(*_: object, **__: object) -> None:
+        raise SetError("constraints", None, "a linear program that solves")
+
+    tree = grow_tree(relaxed, work=0)
+    monkeypatch.setattr(facet_parts, "inner_balls", gives_up)
+    proved(tree, relaxed)
+    monkeypatch.setattr(facet_parts, "inner_ball", gives_up)
+    assert not prove_tree(tree, relaxed).holds()

@@ -173,6 +173,8 @@ class ServoSystem:
             claims += table_claims(self.choice.chosen, problem, own)
         claims += edge_claims(problem, emitted)
         for precision in PRECISIONS.values():
+            if precision.is_float32 and not self.precision.is_float32:
+                continue  # steep laws beside position bounds are what float64 is chosen for
             design = self.in_precision(precision).lookup
             claims += move_claims(problem, self.choice, design, progress)
         return claims

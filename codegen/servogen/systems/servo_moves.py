@@ -47,6 +47,9 @@ BESIDE = (-100.0, -10.0, 10.0, 100.0)
 TELLABLE = 1e7
 # A law has to be asked if its largest ball is so wide, in roundings of the coordinates in it.
 VISIBLE = 1e3
+# A coefficient is known to this share of the steepest law's: one that should be zero is not quite,
+# and far from a bound of the position it is multiplied by a million.
+COEFFICIENT = 1e-14
 # Room for the sums that compare a parameter with a row: terms, each rounded.
 TERMS = 32.0
 
@@ -256,8 +259,9 @@ def _asked(
                 continue
             first = optimum.z[: design.moves]
             size = np.where(np.isfinite(span), span, 1.0 + np.abs(first))
-            off = np.abs(np.asarray(out["move"], dtype=np.float64) - first) / size
             law = int(np.asarray(out.get("law", 0)))
+            off = np.abs(np.asarray(out["move"], dtype=np.float64) - first)
+            off = np.maximum(off - COEFFICIENT * _steepest(design, theta), 0.0) / size
             terms = float(np.max(_terms(design, law, theta) / size))
             worst = max(worst, float(np.max(off)) / max(1.0, terms / LARGE))
             cases += 1
@@ -274,6 +278,16 @@ def _terms(design: LookupDesign, law: int, theta: FloatArray) -> FloatArray:
         return moves
     halves: FloatArray = form.half * np.max(eta)
     return halves
+
+
+def _steepest(design: LookupDesign, theta: FloatArray) -> FloatArray:
+    """(nu,) the same of the largest coefficients of any law."""
+    form = design.form
+    if not isinstance(form, TreeLookup):
+        return np.zeros(design.moves)
+    eta = np.abs(form.matrix) @ np.abs(theta) if form.matrix.size else np.abs(theta)
+    moves: FloatArray = np.max(np.abs(form.gains), axis=0) @ eta
+    return moves
 
 
 def _on_edge(design: LookupDesign, theta: FloatArray) -> bool:
