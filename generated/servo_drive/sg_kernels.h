@@ -111,6 +111,22 @@ static inline sg_status sg_check_array(int size, const sg_real *restrict x, sg_r
     return finite;
 }
 
+/* Whether all elements lie within; the quick question before sg_check_array's. */
+static inline int32_t sg_within(int size, const sg_real *restrict x, sg_real low, sg_real high)
+{
+    int32_t inside = 1;
+    SG_PRAGMA("MUST_ITERATE(1)")
+    for (int i = 0; i < size; i++) {
+        if (!(x[i] >= low)) {
+            inside = 0;
+        }
+        if (!(x[i] <= high)) {
+            inside = 0;
+        }
+    }
+    return inside;
+}
+
 static inline void sg_fill(int n, sg_real value, sg_real *x)
 {
     SG_PRAGMA("MUST_ITERATE(1)")

@@ -8,14 +8,7 @@
 #define SG_PQP_H
 
 #include "sg_kernels.h"
-
-/* With SG_OWN_DIVISION, for a processor that has neither a division nor a library of one. */
-#if defined(SG_OWN_DIVISION)
-#include "sg_division.h"
-#define SG_DIVIDE(a, b) sg_divide((a), (b))
-#else
-#define SG_DIVIDE(a, b) ((a) / (b))
-#endif
+#include "sg_quotient.h"
 
 /* What an iterate tells: its worst slack (negative: violated), where, and the duality gap. */
 typedef struct {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 6f28a81795cf3b0b. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design db8fd91d3d8e051b. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 6f28a81795cf3b0b. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design db8fd91d3d8e051b. */
 /* Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1 */
 #ifndef TWO_STAGE_MPC_H
 #define TWO_STAGE_MPC_H
@@ -17,7 +17,7 @@ enum {
     TWO_STAGE_MPC_ROWS = 63, /* two-sided rows of (19b) */
     TWO_STAGE_MPC_ROWS_PER_STEP = 3, /* position, velocity, ... */
     TWO_STAGE_MPC_TERMINAL_ROWS = 3, /* of (16g), not implied */
-    TWO_STAGE_MPC_ITERATION_CAP = 114, /* iterations of (20) at the most */
+    TWO_STAGE_MPC_ITERATION_CAP = 114, /* iterations at the most */
     TWO_STAGE_MPC_PERIOD = 6 /* turns of an acceleration cycle */
 };
 

@@ -6,8 +6,8 @@ sign of the side at which they hold, S = A_W H^-1 A_W' = L D L' and V = H^-1 A_W
     z = z_unc - V lambda,    S (lambda* - lambda) = A_W z - b_W.
 
 The multipliers lambda* at which the rows of W hold are found from what they miss at present: the
-row appended last, and all of them where rounding has left more than ``accept``. One iteration is one
-of three things, and every one of them raises the dual cost or shortens W:
+row appended last, and all of them where rounding has left more than ``accept``. One iteration is
+one of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;

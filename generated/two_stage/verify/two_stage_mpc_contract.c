@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design db8fd91d3d8e051b68159ff872c16a869a130cbd402e60ea0995d0aedc936ed3.
  *
  * What callers of two_stage_mpc may rely on, for Frama-C Eva in place of two_stage_mpc.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
