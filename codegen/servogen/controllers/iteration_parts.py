@@ -111,6 +111,8 @@ def active_set_parts(tables: ActiveSetTables) -> IterationParts:
         constants=(
             Constant("dependent", float(tables.dependent), "of norm^2: pivots that are rounding"),
             Constant("falls", float(tables.falls), "of its norm: a row falls with another one"),
+            Constant("large", float(tables.large), "bound of what the iteration works with"),
+            Constant("small", float(tables.small), "bound of what it divides by"),
         ),
         tables=(
             Table("minus_inverse", -tables.inverse, "-H^-1: the unconstrained optimum on f"),
