@@ -1,4 +1,4 @@
-"""The tracking MPC by the active-set method: the C is the reference, and one change in it is found."""
+"""The tracking MPC by the active-set method: the C is the reference, and its mutants are found."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from core_designs import Variant, design, package, temporary_folder
 from core_loop import run, zigzag
 
 from servogen.controllers.cascade import Cascade
-from servogen.controllers.design import Reference, Status, Value
+from servogen.controllers.design import Status, Value
 from servogen.controllers.tracking_mpc import TrackingMpc
 from servogen.emit.package import CPackage, emit_package
-from servogen.precision import FloatArray
 from servogen.sil.build import compile_package
 from servogen.sil.compiled import CompiledController
+from servogen.sil.edges import edge_calls
 from servogen.sil.harness import Call, Twin, compare
 from servogen.sil.random_calls import mpc_window, random_calls
 from servogen.sil.scenarios import suite
@@ -32,6 +32,7 @@ VARIANTS = {
     "a horizon of no whole blocks": replace(BASE, prefix="as7", horizon=7),
     "N = 2": replace(BASE, prefix="as2", horizon=2, precision="float32"),
     "at the cap": replace(BASE, prefix="as1", cap=1),
+    "at the cap, float32": replace(BASE, prefix="asf1", cap=1, precision="float32"),
 }
 both = pytest.mark.parametrize("name", ["float64", "float32"])
 
@@ -73,7 +74,7 @@ def test_edges_and_random_calls_agree_bit_for_bit(name):
     """Bounds, NaN, infinities, what is out of range; random states, windows that contradict."""
     seen: set[str] = set()
     v = VARIANTS[name]
-    for title, reference, calls in suite(design(v), 11, 80):
+    for title, reference, calls in suite(design(v), 11, 60):
         if "_mpc" not in title:
             continue
         declaration = reference().declaration
@@ -82,7 +83,7 @@ def test_edges_and_random_calls_agree_bit_for_bit(name):
         assert agreement.worst == 0.0
         seen |= set(agreement.statuses)
     assert {"OK", "NOT_FINITE", "OUT_OF_RANGE", "NOT_READY", "INFEASIBLE"} <= seen
-    assert "BACKUP" in seen or name != "at the cap"
+    assert "BACKUP" in seen or not name.startswith("at the cap")
 
 
 def test_a_closed_loop_agrees_bit_for_bit():
@@ -99,14 +100,9 @@ def test_a_closed_loop_agrees_bit_for_bit():
 @both
 def test_at_the_cap_the_shifted_plan_goes_on(name):
     """One iteration cannot add a row and see that it was enough: BACKUP, and the last plan."""
-    v = replace(VARIANTS["at the cap"], precision=VARIANTS[name].precision)
-    reference = TrackingMpc(design(v).mpc[0])
-    made = replace(v, prefix=f"cap{v.precision}")
-    own = TrackingMpc(design(made).mpc[0])
-    compiled = CompiledController(
-        compile_package([alone(made)], temporary_folder("cap"), ["-O0"]), own.declaration
-    )
-    twin = Twin(reference, compiled)
+    name = "at the cap" if name == "float64" else "at the cap, float32"
+    v = VARIANTS[name]
+    reference, twin = pair(name)
     twin.call("reset", {"position": 0.0})
     assert twin.call("step", at_rest(v, 0.0, 0.0))[0] is Status.OK
     before = reference.plan.copy()
@@ -183,7 +179,6 @@ def test_a_set_of_garbage_is_left_behind(name):
     v, rng = VARIANTS[name], np.random.default_rng(5)
     made = design(v).mpc[0]
     calls = [c for c in random_calls(made, 3, 60) if c.operation == "step"]
-    cold: dict[str, FloatArray] = {}
     warm = TrackingMpc(made)
     warm.call("reset", {"position": 0.0})
     compared = 0
@@ -194,9 +189,8 @@ def test_a_set_of_garbage_is_left_behind(name):
         first, second = fresh.call("step", inputs), warm.call("step", inputs)
         if first[0] is Status.OK:
             assert second[0] is Status.OK
-            cold[str(index)] = fresh.plan
-            bound = 1e-9 if v.precision == "float64" else 2e-3
-            assert np.max(np.abs(fresh.plan - warm.plan)) < bound * made.limits.fast_range_m * 10
+            bound = 1e-8 if v.precision == "float64" else 1e-2
+            assert np.max(np.abs(fresh.plan - warm.plan)) < bound * made.limits.fast_range_m
             compared += 1
     assert compared > 20
 
@@ -207,3 +201,106 @@ def swap(old: str, new: str) -> Callable[[str], str]:
         return text.replace(old, new, 1)
 
     return change
+
+
+MUTANTS: dict[str, Callable[[str], str]] = {
+    "side of an entering row": swap(
+        "side = 1;\n                    }", "side = -1;\n                    }"
+    ),
+    "side of a product": swap("(side == self->side[j]) ? along : -along", "along"),
+    "upper and lower side missed": swap("(self->side[j] > 0) ?", "(self->side[j] < 0) ?"),
+    "side of a multiplier": swap(
+        "? self->dual[j] : -self->dual[j]", "? self->dual[j] : self->dual[j]"
+    ),
+    "bounds the other way round": swap(
+        "sg_max(r0 - high[first], low[first] - r0)", "sg_max(r0 - low[first], high[first] - r0)"
+    ),
+    "a slot is not freed": swap("self->slot[last] = freed;", ""),
+    "slots do not move up": swap("self->slot[i] = self->slot[i + 1];", ""),
+    "sides do not move up": swap("self->side[i] = self->side[i + 1];", ""),
+    "multipliers do not move up": swap("self->dual[i] = self->dual[i + 1];", ""),
+    "missed of the last call": swap(
+        "CORE_MPC_VARIABLES, (sg_real)0, self->missed);\n    }\n    return",
+        "0, (sg_real)0, self->missed);\n    }\n    return",
+    ),
+    "what is missed stays after a part of a step": swap(
+        "self->missed[i] *= (sg_real)1 - share;", "self->missed[i] *= (sg_real)1;"
+    ),
+    "the set is not shifted": swap("= core_mpc_shifted(self->row[j]);", "= self->row[j];"),
+    "size not reset": swap(
+        "        self->size = 0;\n        for (int32_t j", "        for (int32_t j"
+    ),
+    "tolerance dropped": swap("if (excess > core_mpc_tolerance) {", "if (excess > (sg_real)0) {"),
+    "pivot test dropped": swap(
+        "if (pivot > (core_mpc_dependent * *square)) {", "if (pivot > -(sg_real)1) {"
+    ),
+    "tie to the last row": swap("            row = i;\n            break;", "            row = i;"),
+    "the cap ignored": swap(
+        "sg_status status = SG_BACKUP;\n    int32_t entering",
+        "sg_status status = SG_OK;\n    int32_t entering",
+    ),
+    "lines of L": swap("return (4 * (g + 1)) * (j - (2 * g));", "return 4 * (g + 1) * j;"),
+    "a kept set taken as it is": swap(
+        "if ((dropped & kept) == 1) {", "if ((dropped & kept) == 2) {"
+    ),
+    "sets are never kept": swap("if (size < CORE_MPC_KEEP) {", "if (size <= CORE_MPC_VARIABLES) {"),
+    "the last to vanish is dropped": swap(
+        "} else if (here < share) {", "} else if (here > share) {"
+    ),
+    "no way is no answer": swap(
+        "(gained < (sg_real)0) ? SG_INFEASIBLE", "(gained < (sg_real)0) ? SG_OK"
+    ),
+    "iterations": swap("*iterations = k + 1;", "*iterations = k;"),
+    "the rank-one update": swap("own -= below[k] * entry;", "own += below[k] * entry;"),
+    "a plan that is not judged": swap("status = core_mpc_judge(self, origin);", ""),
+    "where the plant starts": swap("self->start[i] = rest[i - 1]", "self->start[i] = rest[0]"),
+}
+
+
+@cache
+def mutants() -> Any:
+    packages = [alone(renamed(len(MUTANTS)))]
+    for number, change in enumerate(MUTANTS.values()):
+        made = alone(renamed(number))
+        file = f"{made.name}_mpc.c"
+        text = made.files[file].replace(f"{made.name}_mpc", "core_mpc")
+        text = text.replace(f"{made.name}_mpc".upper(), "CORE_MPC")
+        changed = change(text)
+        assert changed != text, number
+        changed = changed.replace("core_mpc", f"{made.name}_mpc")
+        changed = changed.replace("CORE_MPC", f"{made.name}_mpc".upper())
+        packages.append(replace(made, files={**made.files, file: changed}, hash=made.hash[::-1]))
+    return compile_package(packages, temporary_folder("mutants"), ["-O0", "-Wno-error"])
+
+
+def renamed(number: int) -> Variant:
+    return replace(BASE, prefix=f"set{number}")
+
+
+@cache
+def calls() -> list[Call]:
+    """Random programs, each twice and then the one before: what a set begins with is now right,
+    now one sample off, now another program's."""
+    d = design(renamed(0)).mpc[0]
+    made = list(random_calls(d, 7, 90))
+    steps = [c for c in made if c.operation == "step"]
+    turns = [c for k, c in enumerate(steps) for c in (c, c, steps[k - 1])]
+    edges = [c for c in edge_calls(TrackingMpc(d).declaration) if c.operation != "candidate"]
+    return [made[0], *turns, *edges]
+
+
+def found(v: Variant) -> str:
+    """The first thing that these calls say of the C of the variant; empty for nothing."""
+    reference = TrackingMpc(design(v).mpc[0])
+    agreement = compare(reference, CompiledController(mutants(), reference.declaration), calls())
+    return "" if agreement.passed else str(agreement.difference)
+
+
+def test_the_unchanged_package_agrees():
+    assert found(renamed(len(MUTANTS))) == ""
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_every_mutant_is_found(name):
+    told = found(renamed(list(MUTANTS).index(name)))
+    assert told, f"nothing noticed the mutant {name!r}"
