@@ -1,4 +1,4 @@
-"""Tracking MPC (16) of one axis, solved by PQP (20)-(21) with Corollary 1 as its backup."""
+"""Tracking MPC (16) of one axis, by PQP (20)-(21) or the active-set method; Corollary 1 backs it."""
 
 from __future__ import annotations
 
