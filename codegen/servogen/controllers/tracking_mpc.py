@@ -1,4 +1,4 @@
-"""Tracking MPC (16) of one axis, by PQP (20)-(21) or the active-set method; Corollary 1 backs it."""
+"""Tracking MPC (16) of one axis; Corollary 1 is what its solver falls back on."""
 
 from __future__ import annotations
 
