@@ -28,12 +28,12 @@ from qp.sequence import Sequence
 from servogen.controllers.qp_solver_design import (
     QpSolverDesign,
     declare_qp_solver,
+    design_plant_qp_solver,
     design_qp_solver,
 )
 from servogen.emit.literals import real_literal
 from servogen.emit.package import emit_package
 from servogen.precision import PRECISIONS
-from servogen.qp.dual_active_set import active_set_tables
 from servogen.qp.pqp import pqp_tables
 from servogen.qp.row_tables import stage_rows
 from servogen.qp.tolerances import tolerances
@@ -79,10 +79,12 @@ def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
     """servogen's active-set method, rows as outputs of a plant."""
     plant = sequence.plant
     if plant is None:
-        raise PeerFailed("cannot state it: stage rows are those of a plant with one input")
-    own = stage_rows(plant.stage, plant.terminal, sequence.variables, plant.limited, DOUBLE.dtype)
-    tables = active_set_tables(sequence.hessian, sequence.rows, own, TOLERANCE, CAP, DOUBLE)
-    design = QpSolverDesign("sgq", DOUBLE, tables, np.ones(sequence.count))
+        raise PeerFailed("cannot state it: the sequence has no plant")
+    rows = stage_rows(
+        plant.stage, plant.terminal, sequence.variables // plant.inputs, plant.limited,
+        DOUBLE.dtype, plant.inputs, plant.outer, plant.bounds,
+    )  # fmt: skip
+    design = design_plant_qp_solver("sgq", DOUBLE, sequence.hessian, rows, CAP, TOLERANCE)
     return _active_set(design, STAGES, sequence, part, folder)
 
 

@@ -15,11 +15,14 @@ REFERENCE = 1e-10
 
 @dataclass(frozen=True)
 class StagePlant:
-    """The plant behind the rows; see ``servogen.qp.row_tables.StageRows``."""
+    """The plant behind the rows; see ``servogen.qp.row_tables.stage_rows``."""
 
     stage: Array
     terminal: Array
     limited: int
+    inputs: int = 1
+    outer: Array | None = None
+    bounds: Array | None = None
 
 
 @dataclass(frozen=True)

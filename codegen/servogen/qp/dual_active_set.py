@@ -39,9 +39,10 @@ class ActiveSetTables:
     Attributes:
         inverse: (N, N) H^-1.
         rows: A.
-        norm: (m,) square root of a'H^-1 a of every row.
-        dependent: share of norm^2 at or below which what the working set leaves of a row is taken
-            for rounding.
+        norm: (m,) square root of a'H^-1 a of every row, for who judges the method from outside;
+            it computes the squares of the rows that it meets.
+        dependent: share of a'H^-1 a at or below which what the working set leaves of a row is
+            taken for rounding.
         falls: share of its norm by which a row must hold another one to fall with it.
         accept: violation of a bound that is accepted.
         cap: iterations.
@@ -100,7 +101,7 @@ class WorkingSet:
     Attributes:
         size: q, rows in the set. row, side: (N,) which, and 1 for the upper side, -1 the lower.
         factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters.
-        pivots: (N,) 1 / D.
+        pivots: (N,) 1 / D. square: (N,) a'H^-1 a.
         vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
         slot: (N,) where a row of the set has its vector; the rest are free.
         dual: (N,) multipliers.
@@ -112,6 +113,7 @@ class WorkingSet:
     slot: list[int]
     factor: FloatArray
     pivots: FloatArray
+    square: FloatArray
     vectors: FloatArray
     dual: FloatArray
 
@@ -121,7 +123,8 @@ def empty_set(tables: ActiveSetTables) -> WorkingSet:
     n, real = tables.rows.variables, tables.inverse.dtype
     return WorkingSet(
         0, [0] * n, [1] * n, list(range(n)),
-        np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros((n, n), real), np.zeros(n, real),
+        np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros(n, real), np.zeros((n, n), real),
+        np.zeros(n, real),
     )  # fmt: skip
 
 
@@ -175,6 +178,7 @@ class _Method:
         self.real = tables.inverse.dtype.type
         self.zero, self.one = self.real(0.0), self.real(1.0)
         self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
+        self.square = self.zero  # a'H^-1 a of the row that ``append`` was asked for last
 
     def worst(self, rows: FloatArray) -> tuple[int, int] | None:
         """Row and side of the largest violation beyond ``accept``; of equal ones the first row,
@@ -233,7 +237,7 @@ class _Method:
                 self.missed[work.size - 1] = excess
                 entering = None
                 continue
-            gained = self.make_room(entering[0])
+            gained = self.make_room()
             if gained is None:
                 return ActiveSetResult(z, False, True, iteration)
             raised = raised + gained
@@ -286,16 +290,16 @@ class _Method:
         self.drop(place)
         return True
 
-    def make_room(self, row: int) -> np.floating | None:
-        """Raise the multiplier of a dependent row until one of the set vanishes and leaves; by how
-        much, or None where none falls."""
+    def make_room(self) -> np.floating | None:
+        """Raise the multiplier of the dependent row until one of the set vanishes and leaves; by
+        how much, or None where none falls."""
         work, q = self.work, self.work.size
         share = work.factor[q, :q].copy()
-        own = self.tables.falls * self.tables.norm[row]
+        own = (self.tables.falls * self.tables.falls) * self.square
         self.back(share)
         length, place = self.zero, -1
         for j in range(q):
-            if share[j] * self.tables.norm[work.row[j]] > own:
+            if share[j] > self.zero and (share[j] * share[j]) * work.square[j] > own:
                 here = work.dual[j] / share[j]
                 if place < 0 or here < length:
                     length, place = here, j
@@ -326,8 +330,9 @@ class _Method:
         """
         work, q, rows = self.work, self.work.size, self.tables.rows
         own = rows.row(row)
-        vector = matvec(self.tables.inverse[: own.size], own)
-        pivot = dot(own, vector[: own.size])
+        part = slice(rows.begin(row), own.size)
+        vector = matvec(self.tables.inverse[part], own[part])
+        pivot = self.square = dot(own[part], vector[part])
         under = work.factor[q]
         for j in range(q):
             product = rows.dot(work.row[j], vector)
@@ -339,11 +344,10 @@ class _Method:
             scaled = under[j] * work.pivots[j]
             pivot = pivot - scaled * under[j]
             under[j] = scaled
-        least = self.tables.dependent * self.tables.norm[row] * self.tables.norm[row]
-        if q == self.free.size or not pivot > least:
+        if q == self.free.size or not pivot > self.tables.dependent * self.square:
             return False
         real = self.tables.inverse.dtype.type
-        work.pivots[q] = real(1.0) / pivot
+        work.pivots[q], work.square[q] = real(1.0) / pivot, self.square
         work.vectors[work.slot[q]] = vector
         work.row[q], work.side[q], work.dual[q] = row, side, self.zero
         work.size = q + 1
@@ -359,6 +363,7 @@ class _Method:
         for j in range(p, q - 1):
             work.row[j], work.side[j] = work.row[j + 1], work.side[j + 1]
             work.slot[j], work.dual[j] = work.slot[j + 1], work.dual[j + 1]
+            work.square[j] = work.square[j + 1]
             work.factor[j, :p] = work.factor[j + 1, :p]
             work.factor[j, p:j] = work.factor[j + 1, p + 1 : j + 1]
             below[j] = below[j + 1]
