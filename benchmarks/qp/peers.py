@@ -35,7 +35,6 @@ from servogen.emit.literals import real_literal
 from servogen.emit.package import emit_package
 from servogen.precision import PRECISIONS
 from servogen.qp.pqp import pqp_tables
-from servogen.qp.row_tables import stage_rows
 from servogen.qp.tolerances import tolerances
 from servogen.resources import resource_dir
 
@@ -80,10 +79,7 @@ def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
     plant = sequence.plant
     if plant is None:
         raise PeerFailed("cannot state it: the sequence has no plant")
-    rows = stage_rows(
-        plant.stage, plant.terminal, sequence.variables // plant.inputs, plant.limited,
-        DOUBLE.dtype, plant.inputs, plant.outer, plant.bounds,
-    )  # fmt: skip
+    rows = plant.rows(sequence.variables)
     design = design_plant_qp_solver("sgq", DOUBLE, sequence.hessian, rows, CAP, TOLERANCE)
     return _active_set(design, STAGES, sequence, part, folder)
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import daqp
 import numpy as np
 
+from servogen.qp.row_tables import StageRows, stage_rows
+
 Array = np.ndarray
 # A reference optimum misses its conditions by no more than this share of the sizes met.
 REFERENCE = 1e-10
@@ -23,6 +25,12 @@ class StagePlant:
     inputs: int = 1
     outer: Array | None = None
     bounds: Array | None = None
+
+    def rows(self, variables: int) -> StageRows:
+        return stage_rows(
+            self.stage, self.terminal, variables // self.inputs, self.limited, np.dtype(float),
+            self.inputs, self.outer, self.bounds,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
