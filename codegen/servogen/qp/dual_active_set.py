@@ -11,6 +11,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
+    the optimum is computed once more if rounding has left a row of W inside its bound by more than
+    ``accept``;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
     along S r = c, until one of them vanishes and leaves. If none falls, no z keeps all rows.
 
@@ -131,8 +133,8 @@ def empty_set(tables: ActiveSetTables) -> WorkingSet:
 @dataclass(frozen=True)
 class ActiveSetResult:
     """``z`` (N,), the optimum if ``optimal``; ``infeasible``: a row that none of the others can
-    make room for was met; neither: the cap. ``iterations``: at most the cap; 0 where the
-    unconstrained optimum keeps all rows."""
+    make room for was met, or one whose bounds have changed places; neither: the cap.
+    ``iterations``: at most the cap; 0 where the unconstrained optimum keeps all rows."""
 
     z: FloatArray
     optimal: bool
@@ -208,6 +210,7 @@ class _Method:
         work, z = self.work, self.free
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
+        refined = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 star = self.multipliers()
@@ -216,7 +219,7 @@ class _Method:
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = False
+                    kept = refined = False
                     continue
                 kept = False
                 work.dual[: work.size] = star
@@ -224,10 +227,17 @@ class _Method:
                 rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
                 if entering is None:
+                    self.measure(rows)
+                    if not refined and np.any(self.missed[: work.size] < -self.tables.accept):
+                        refined = True
+                        continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
+                refined = False
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
+                    if self.low[entering[0]] > self.high[entering[0]]:
+                        return ActiveSetResult(z, False, True, iteration)
                     self.measure(rows)  # what rounding left: the next step takes it away
                     entering = None
                     continue
