@@ -48,6 +48,9 @@ class ActiveSetTables:
         falls: share of its norm by which a row must hold another one to fall with it.
         accept: violation of a bound that is accepted.
         cap: iterations.
+        stores: whether H^-1 a of the rows of the set is kept. Where half of the rows bound single
+            variables it is not worth its N^2 numbers: z is one product with H^-1 away from the
+            multipliers.
         keep: a working set of at least so many rows stays as it is at the next call, factor and
             all; a smaller one is shifted by one sample and factored anew.
     """
@@ -59,6 +62,7 @@ class ActiveSetTables:
     falls: np.floating
     accept: np.floating
     cap: int
+    stores: bool
     keep: int
 
 
@@ -92,6 +96,8 @@ def active_set_tables(
         falls=real(FALLS[precision.name]),
         accept=real(accept),
         cap=cap,
+        stores=2 * sum(rows.begin(i) + 1 == rows.row(i).size for i in range(rows.count))
+        < rows.count,
         keep=max(1, rows.variables // 2),
     )
 
@@ -326,8 +332,16 @@ class _Method:
         self.remove(p)
 
     def point(self) -> FloatArray:
-        """z (N,) at the present multipliers, summed in the order of the vectors' slots."""
+        """z (N,) at the present multipliers, summed in the order of the vectors' slots
+        or, where there are none, of the set."""
         work, z = self.work, self.free
+        if not self.tables.stores:
+            pull = np.zeros_like(z)
+            for j in range(work.size):
+                own, begin = self.tables.rows.row(work.row[j]), self.tables.rows.begin(work.row[j])
+                signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
+                pull[begin : own.size] = pull[begin : own.size] + own[begin:] * signed
+            return z - matvec(self.tables.inverse, pull)
         for j in sorted(range(work.size), key=lambda j: work.slot[j]):
             signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
             z = z - work.vectors[work.slot[j]] * signed
