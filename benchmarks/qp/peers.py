@@ -85,12 +85,14 @@ def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
 
 
 def columns(sequence: Sequence, part: slice, folder: Path) -> Measured:
-    """servogen's active-set method, rows as columns."""
+    """servogen's active-set method, rows as columns; bounds of single variables as such."""
+    given, bounds = simple_bounds_first(sequence)
+    inputs = sequence.plant.inputs if sequence.plant is not None and bounds else 0
     design = design_qp_solver(
-        "sgq", DOUBLE, sequence.hessian, sequence.rows, CAP, TOLERANCE, sequence.per_step,
-        sequence.staying,
+        "sgq", DOUBLE, given.hessian, given.rows, CAP, TOLERANCE, sequence.per_step - inputs,
+        sequence.staying, bounds, inputs,
     )  # fmt: skip
-    return _active_set(design, COLUMNS, sequence, part, folder)
+    return _active_set(design, COLUMNS, given, part, folder)
 
 
 def reaching(measure: Callable[[float], Measured], asked: tuple[float, ...]) -> Measured:
@@ -143,15 +145,14 @@ def _pqp(sequence: Sequence, part: slice, folder: Path, gap: float) -> Measured:
 
 
 def simple_bounds_first(sequence: Sequence) -> tuple[Sequence, int]:
-    """The rows that are single variables first and in their order, if every variable has one: they
-    are bounds to DAQP and get scaled to be."""
-    alone = np.count_nonzero(sequence.rows, axis=1) == 1
-    places = np.flatnonzero(alone)
+    """The first row of every variable that is it alone, in their order, if every one has such a
+    row: they are bounds to DAQP and get scaled to be."""
+    alone = np.flatnonzero(np.count_nonzero(sequence.rows, axis=1) == 1)
     n = sequence.variables
-    which = np.argmax(np.abs(sequence.rows[places]), axis=1)
-    if len(places) != n or sorted(which) != list(range(n)):
+    which, first = np.unique(np.argmax(np.abs(sequence.rows[alone]), axis=1), return_index=True)
+    if len(which) != n:
         return sequence, 0
-    order = np.concatenate([places[np.argsort(which)], np.flatnonzero(~alone)])
+    order = np.concatenate([alone[first], np.delete(np.arange(sequence.count), alone[first])])
     unit = np.ones(sequence.count)
     unit[:n] = sequence.rows[order[:n], np.arange(n)]
     kept = {name: getattr(sequence, name) for name in sequence.__dataclass_fields__}

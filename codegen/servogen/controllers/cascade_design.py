@@ -80,7 +80,10 @@ def _step_outputs(design: CascadeDesign) -> tuple[Port, ...]:
         ("points_taken", "points to drop from the front of the path", points),
         ("interval_points", "points of the interval that begins", points),
         ("pending", "points taken and not yet processed", points * max(design.horizon, 1)),
-        *((f"iterations_{a}", "PQP iterations", cap) for a, cap in zip(AXES, caps, strict=True)),
+        *(
+            (f"iterations_{a}", "iterations of the MPC's program", cap)
+            for a, cap in zip(AXES, caps, strict=True)
+        ),
         *((f"status_{a}", "status of this axis", int(max(Status))) for a in AXES),
     )
     return (

@@ -105,7 +105,7 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
         dimensions=(
             Dimension("VARIABLES", n, "of the program"),
             Dimension("FACTOR", lines + n, "L of the working set, and the row that enters"),
-            Dimension("VECTORS", n * n, "H^-1 a of the working set"),
+            *([Dimension("VECTORS", n * n, "H^-1 a of the working set")] if tables.stores else []),
             Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
             *own.dimensions,
         ),
@@ -125,13 +125,17 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             StateField("pivots", "1 / D", "VARIABLES"),
             StateField("square", "a'H^-1 a", "VARIABLES"),
             StateField("factor", "L below its diagonal, four lines of equal length each", "FACTOR"),
-            StateField("vectors", "H^-1 a", "VECTORS"),
+            *([StateField("vectors", "H^-1 a", "VECTORS")] if tables.stores else []),
             StateField("row", "rows of the working set", "VARIABLES", type="int32_t"),
             StateField("side", "1 upper, -1 lower", "VARIABLES", type="int32_t"),
-            StateField("slot", "where their vectors are", "VARIABLES", type="int32_t"),
+            *(
+                [StateField("slot", "where their vectors are", "VARIABLES", type="int32_t")]
+                if tables.stores
+                else []
+            ),
             StateField("size", "rows in the working set", type="int32_t"),
         ),
-        facts={"active_set": True, "scaled": scaled, **own.facts},
+        facts={"active_set": True, "scaled": scaled, "stores": tables.stores, **own.facts},
     )
 
 

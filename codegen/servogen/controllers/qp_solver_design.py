@@ -19,7 +19,9 @@ from servogen.controllers.design import (
 from servogen.controllers.iteration_parts import active_set_parts
 from servogen.precision import FloatArray, Precision
 from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
+from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
+from servogen.qp.tolerances import CONVEXITY
 
 # No input is beyond it, so that the square of a sum of them stays a number. For a bound that is not
 # there a millionth of it is far enough, and is seen to be in range without a look at every input.
@@ -64,9 +66,11 @@ def design_qp_solver(
         per_step, staying, inputs: see ``ColumnRows``.
 
     Raises:
+        ProgramError: H is not positive definite; of its eigenvalues with a unit diagonal the
+            smallest must be ``CONVEXITY`` of the largest.
         ValueError: one of the first ``bounds`` rows is another one.
     """
-    unit = 1.0 / np.sqrt(np.diag(hessian))
+    unit = _unit(hessian)
     solved = np.linalg.solve(hessian * np.outer(unit, unit), (rows * unit).T).T
     norm = np.sqrt(np.einsum("ij,ij->i", rows * unit, solved))
     written = rows / norm[:, None]
@@ -88,13 +92,30 @@ def design_plant_qp_solver(
     Args:
         hessian: (N, N), positive definite.
         cap: iterations. accept: violation accepted.
+
+    Raises:
+        ProgramError: as ``design_qp_solver``.
     """
+    _unit(hessian)
     written = np.zeros((rows.count, rows.variables))
     for i in range(rows.count):
         own = rows.row(i)
         written[i, : own.size] = own
     tables = active_set_tables(hessian, written, rows, accept, cap, precision)
     return QpSolverDesign(prefix, precision, tables, cast(np.ones(rows.count), precision))
+
+
+def _unit(hessian: FloatArray) -> FloatArray:
+    """(N,): the units in which the diagonal of H is one."""
+    diagonal = np.diag(hessian)
+    if not np.all(diagonal > 0.0):
+        raise ProgramError("hessian", None, "a positive diagonal")
+    unit: FloatArray = 1.0 / np.sqrt(diagonal)
+    values = np.linalg.eigvalsh(hessian * np.outer(unit, unit))
+    if not values[0] > CONVEXITY * values[-1]:
+        share = f"of smallest eigenvalue {values[0] / values[-1]:.1e} of the largest"
+        raise ProgramError("hessian", share, f"a positive definite matrix, {CONVEXITY:g} at least")
+    return unit
 
 
 def declare_qp_solver(design: QpSolverDesign) -> Declaration:

@@ -1,4 +1,4 @@
-"""Tracking MPC (16) of one axis, solved by PQP (20)-(21) with Corollary 1 as its backup."""
+"""Tracking MPC (16) of one axis; Corollary 1 is what its solver falls back on."""
 
 from __future__ import annotations
 

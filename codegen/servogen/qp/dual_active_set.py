@@ -11,6 +11,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
+    the optimum is computed once more if rounding has left a row of W inside its bound by more than
+    ``accept``;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
     along S r = c, until one of them vanishes and leaves. If none falls, no z keeps all rows.
 
@@ -49,6 +51,9 @@ class ActiveSetTables:
             divided by: bounds for the proof of the emitted C.
         accept: violation of a bound that is accepted.
         cap: iterations.
+        stores: whether H^-1 a of the rows of the set is kept. Where half of the rows bound single
+            variables it is not worth its N^2 numbers: z is one product with H^-1 away from the
+            multipliers.
         keep: a working set of at least so many rows stays as it is at the next call, factor and
             all; a smaller one is shifted by one sample and factored anew.
     """
@@ -62,6 +67,7 @@ class ActiveSetTables:
     small: np.floating
     accept: np.floating
     cap: int
+    stores: bool
     keep: int
 
 
@@ -97,6 +103,8 @@ def active_set_tables(
         small=real(1.0 / LARGE[precision.name]),
         accept=real(accept),
         cap=cap,
+        stores=2 * sum(rows.begin(i) + 1 == rows.row(i).size for i in range(rows.count))
+        < rows.count,
         keep=max(1, rows.variables // 2),
     )
 
@@ -138,8 +146,8 @@ def empty_set(tables: ActiveSetTables) -> WorkingSet:
 @dataclass(frozen=True)
 class ActiveSetResult:
     """``z`` (N,), the optimum if ``optimal``; ``infeasible``: a row that none of the others can
-    make room for was met; neither: the cap. ``iterations``: at most the cap; 0 where the
-    unconstrained optimum keeps all rows."""
+    make room for was met, or one whose bounds have changed places; neither: the cap.
+    ``iterations``: at most the cap; 0 where the unconstrained optimum keeps all rows."""
 
     z: FloatArray
     optimal: bool
@@ -215,6 +223,7 @@ class _Method:
         work, z = self.work, self.free
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
+        refined = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 star = self.multipliers()
@@ -223,7 +232,7 @@ class _Method:
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = False
+                    kept = refined = False
                     continue
                 kept = False
                 work.dual[: work.size] = self.from_zero(star)
@@ -231,10 +240,17 @@ class _Method:
                 rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
                 if entering is None:
+                    self.measure(rows)
+                    if not refined and np.any(self.missed[: work.size] < -self.tables.accept):
+                        refined = True
+                        continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
+                refined = False
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
+                    if self.low[entering[0]] > self.high[entering[0]]:
+                        return ActiveSetResult(z, False, True, iteration)
                     self.measure(rows)  # what rounding left: the next step takes it away
                     entering = None
                     continue
@@ -335,8 +351,16 @@ class _Method:
         self.remove(p)
 
     def point(self) -> FloatArray:
-        """z (N,) at the present multipliers, summed in the order of the vectors' slots."""
+        """z (N,) at the present multipliers, summed in the order of the vectors' slots
+        or, where there are none, of the set."""
         work, z = self.work, self.free
+        if not self.tables.stores:
+            pull = np.zeros_like(z)
+            for j in range(work.size):
+                own, begin = self.tables.rows.row(work.row[j]), self.tables.rows.begin(work.row[j])
+                signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
+                pull[begin : own.size] = pull[begin : own.size] + own[begin:] * signed
+            return z - matvec(self.tables.inverse, pull)
         for j in sorted(range(work.size), key=lambda j: work.slot[j]):
             signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
             z = z - work.vectors[work.slot[j]] * signed
