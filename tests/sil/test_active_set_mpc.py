@@ -239,7 +239,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "sg_status status = SG_BACKUP;\n    int32_t entering",
         "sg_status status = SG_OK;\n    int32_t entering",
     ),
-    "lines of L": swap("return (4 * (g + 1)) * (j - (2 * g));", "return 4 * (g + 1) * j;"),
+    "lines of L": swap("(j - (2 * g)), 0", "(j - g), 0"),
     "a kept set taken as it is": swap(
         "if ((dropped & kept) == 1) {", "if ((dropped & kept) == 2) {"
     ),
