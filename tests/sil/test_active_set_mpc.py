@@ -224,7 +224,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "0, (sg_real)0, self->missed);\n    }\n    return",
     ),
     "what is missed stays after a part of a step": swap(
-        "self->missed[i] *= (sg_real)1 - share;", "self->missed[i] *= (sg_real)1;"
+        "(self->missed[i] - (share * self->missed[i]))", "(self->missed[i])"
     ),
     "the set is not shifted": swap("= core_mpc_shifted(self->row[j]);", "= self->row[j];"),
     "size not reset": swap(

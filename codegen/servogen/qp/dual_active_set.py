@@ -319,7 +319,8 @@ class _Method:
             return False
         share = min(max(share, self.zero), self.one)
         work.dual[:q] = self.from_zero(work.dual[:q] + share * (star - work.dual[:q]))
-        self.missed[:q] = self.missed[:q] * (self.one - share)
+        left = self.missed[:q] - share * self.missed[:q]
+        self.missed[:q] = np.minimum(np.maximum(left, -self.tables.large), self.tables.large)
         self.drop(place)
         return True
 
