@@ -9,7 +9,8 @@ OUT    ?= out/$(SYSTEM)
 # it says itself. `servogen check list` has them with their packages.
 SYSTEMS  := two_stage servo_drive
 CHECKS   := counts compilers coverage sanitizers misra pil prove fuzz dsp
-PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes servo_drive/servogen
+PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes two_stage/active_set \
+            servo_drive/servogen
 # out/two_stage for the project that `make run` is about, else out/<file>
 out_of = out/$(if $(filter servogen,$(notdir $(1))),$(patsubst %/,%,$(dir $(1))),$(notdir $(1)))
 

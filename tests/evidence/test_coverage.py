@@ -47,12 +47,11 @@ def covered(name: str) -> Covered:
 
 @cache
 def by_active_set() -> Covered:
-    """The MPC of that method alone; as many calls as the check's, for a row that makes room for
-    another one is rare."""
+    """The MPC of that method alone; many calls, for a row that makes room for another is rare."""
     v = Variant("covas", horizon=9, cap=30, precision="float32", method="active_set")
     mpc = TrackingMpc(design(v).mpc[0])
     one = subject(v, emit_package(v.prefix, (mpc.declaration,)))
-    calls = [*edge_calls(mpc.declaration), *random_calls(mpc.design, SEED + 1, coverage.STEPS)]
+    calls = [*edge_calls(mpc.declaration), *random_calls(mpc.design, SEED + 1, 500)]
     return cover(one, [Play("calls", mpc.declaration.prefix, tuple(calls))], reviewed())
 
 
@@ -67,8 +66,9 @@ def test_every_branch_is_reached_or_listed(name):
 
 
 def test_every_branch_of_the_active_set_method_is_reached_or_listed():
-    assert by_active_set().faults == []
-    assert "covas_mpc.c" in by_active_set().files
+    file = "covas_mpc.c"  # without the cascade, the shared headers have branches of others
+    assert [fault for fault in by_active_set().faults if fault.startswith(file)] == []
+    assert file in by_active_set().files
 
 
 def test_every_entry_of_the_list_is_needed_somewhere():
