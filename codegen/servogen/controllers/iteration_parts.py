@@ -112,6 +112,8 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
         constants=(
             Constant("dependent", float(tables.dependent), "of a'H^-1 a: pivots that are rounding"),
             Constant("falls", float(tables.falls), "of its norm: a row falls with another one"),
+            Constant("large", float(tables.large), "bound of what the iteration works with"),
+            Constant("small", float(tables.small), "bound of what it divides by"),
         ),
         tables=(
             Table("minus_inverse", -tables.inverse, "-H^-1: the unconstrained optimum on f"),

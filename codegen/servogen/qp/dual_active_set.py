@@ -25,13 +25,14 @@ what the cap is for.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from servogen.precision import FloatArray, Precision
 from servogen.qp.ordered import dot, matvec
 from servogen.qp.row_tables import RowTables
-from servogen.qp.tolerances import DEPENDENT, FALLS
+from servogen.qp.tolerances import DEPENDENT, FALLS, LARGE
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class ActiveSetTables:
         dependent: share of a'H^-1 a at or below which what the working set leaves of a row is
             taken for rounding.
         falls: share of its norm by which a row must hold another one to fall with it.
+        large, small: what the factor and the multipliers are kept within, and from what on is
+            divided by: bounds for the proof of the emitted C.
         accept: violation of a bound that is accepted.
         cap: iterations.
         stores: whether H^-1 a of the rows of the set is kept. Where half of the rows bound single
@@ -60,6 +63,8 @@ class ActiveSetTables:
     norm: FloatArray
     dependent: np.floating
     falls: np.floating
+    large: np.floating
+    small: np.floating
     accept: np.floating
     cap: int
     stores: bool
@@ -94,6 +99,8 @@ def active_set_tables(
         norm=rounded(norm),
         dependent=real(DEPENDENT[precision.name]),
         falls=real(FALLS[precision.name]),
+        large=real(LARGE[precision.name]),
+        small=real(1.0 / LARGE[precision.name]),
         accept=real(accept),
         cap=cap,
         stores=2 * sum(rows.begin(i) + 1 == rows.row(i).size for i in range(rows.count))
@@ -228,7 +235,7 @@ class _Method:
                     kept = refined = False
                     continue
                 kept = False
-                work.dual[: work.size] = star
+                work.dual[: work.size] = self.from_zero(star)
                 z = self.point()
                 rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
@@ -256,8 +263,16 @@ class _Method:
             gained = self.make_room()
             if gained is None:
                 return ActiveSetResult(z, False, True, iteration)
-            raised = raised + gained
+            raised = self.from_zero(raised + gained)
         return ActiveSetResult(z, False, False, self.tables.cap)
+
+    def within(self, x: np.floating) -> np.floating:
+        """Kept within plus and minus ``large``, which only the proof of the C needs."""
+        return min(max(x, -self.tables.large), self.tables.large)
+
+    def from_zero(self, x: Any) -> Any:
+        """Numbers kept within zero and ``large``."""
+        return np.minimum(np.maximum(x, self.zero), self.tables.large)
 
     def excess(self, rows: FloatArray, row: int, side: int) -> np.floating:
         """By how much a row is beyond its bound; negative inside."""
@@ -278,7 +293,7 @@ class _Method:
             total = self.missed[j]
             for k in range(j):
                 total = total - work.factor[j, k] * step[k]
-            step[j] = total
+            step[j] = self.within(total)
         step = step * work.pivots[:q]
         self.back(step)
         result: FloatArray = work.dual[:q] + step
@@ -286,7 +301,8 @@ class _Method:
 
     def back(self, x: FloatArray) -> None:
         """x becomes L^-T x, from the last entry to the first."""
-        for j in range(x.size - 1, 0, -1):
+        for j in range(x.size - 1, -1, -1):
+            x[j] = self.within(x[j])
             x[:j] = x[:j] - self.work.factor[j, :j] * x[j]
 
     def blocked(self, star: FloatArray) -> bool:
@@ -296,13 +312,15 @@ class _Method:
         share, place = self.one, -1
         for j in range(q):
             if star[j] < self.zero:
-                here = work.dual[j] / (work.dual[j] - star[j])
+                here = work.dual[j] / max(work.dual[j] - star[j], self.tables.small)
                 if place < 0 or here < share:
                     share, place = here, j
         if place < 0:
             return False
-        work.dual[:q] = work.dual[:q] + share * (star - work.dual[:q])
-        self.missed[:q] = self.missed[:q] - share * self.missed[:q]
+        share = min(max(share, self.zero), self.one)
+        work.dual[:q] = self.from_zero(work.dual[:q] + share * (star - work.dual[:q]))
+        left = self.missed[:q] - share * self.missed[:q]
+        self.missed[:q] = np.minimum(np.maximum(left, -self.tables.large), self.tables.large)
         self.drop(place)
         return True
 
@@ -315,13 +333,15 @@ class _Method:
         self.back(share)
         length, place = self.zero, -1
         for j in range(q):
-            if share[j] > self.zero and (share[j] * share[j]) * work.square[j] > own:
-                here = work.dual[j] / share[j]
+            falling = min(max(share[j], self.zero), self.tables.large)
+            if (falling * falling) * work.square[j] > own:
+                here = work.dual[j] / max(falling, self.tables.small)
                 if place < 0 or here < length:
                     length, place = here, j
         if place < 0:
             return None
-        work.dual[:q] = np.maximum(work.dual[:q] - length * share, self.zero)
+        length = min(max(length, self.zero), self.tables.large)
+        work.dual[:q] = self.from_zero(work.dual[:q] - length * share)
         self.drop(place)
         return length
 
@@ -363,15 +383,16 @@ class _Method:
             total = product if side == work.side[j] else -product
             for k in range(j):
                 total = total - work.factor[j, k] * under[k]
-            under[j] = total
+            under[j] = self.within(total)
         for j in range(q):
-            scaled = under[j] * work.pivots[j]
+            scaled = self.within(under[j] * work.pivots[j])
             pivot = pivot - scaled * under[j]
             under[j] = scaled
         if q == self.free.size or not pivot > self.tables.dependent * self.square:
             return False
         real = self.tables.inverse.dtype.type
-        work.pivots[q], work.square[q] = real(1.0) / pivot, self.square
+        work.pivots[q] = real(1.0) / min(max(pivot, self.tables.small), self.tables.large)
+        work.square[q] = self.square
         work.vectors[work.slot[q]] = vector
         work.row[q], work.side[q], work.dual[q] = row, side, self.zero
         work.size = q + 1
@@ -382,7 +403,7 @@ class _Method:
         work, q = self.work, self.work.size
         real = self.tables.inverse.dtype.type
         below = work.factor[:, p].copy()
-        weight = real(1.0) / work.pivots[p]
+        weight = real(1.0) / max(work.pivots[p], self.tables.small)
         freed = work.slot[p]
         for j in range(p, q - 1):
             work.row[j], work.side[j] = work.row[j + 1], work.side[j + 1]
@@ -393,13 +414,15 @@ class _Method:
             below[j] = below[j + 1]
         work.slot[q - 1] = freed
         for j in range(p, q - 1):
-            old = real(1.0) / work.pivots[j + 1]
-            new = old + weight * below[j] * below[j]
+            old = real(1.0) / max(work.pivots[j + 1], self.tables.small)
+            mine = self.within(below[j])
+            part = weight * mine
+            new = min(max(old + part * mine, self.tables.small), self.tables.large)
             inverse = real(1.0) / new
-            share = weight * below[j] * inverse
-            weight = old * weight * inverse
+            share = self.within(part * inverse)
+            weight = self.from_zero((old * weight) * inverse)
             work.pivots[j] = inverse
             for i in range(j + 1, q - 1):
-                below[i] = below[i] - below[j] * work.factor[i, j]
-                work.factor[i, j] = work.factor[i, j] + share * below[i]
+                below[i] = below[i] - mine * work.factor[i, j]
+                work.factor[i, j] = self.within(work.factor[i, j] + share * below[i])
         work.size = q - 1

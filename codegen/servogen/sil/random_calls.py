@@ -156,6 +156,7 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
     limits, horizon = design.limits, design.horizon
     names = _names(design.plant.order)
     here = 0.0
+    before: Call | None = None
     apart = rng.spawn(1)[0]
     for index in range(count):
         if index % 10 == 0:
@@ -176,7 +177,12 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
         low, high = mpc_window(path, limits)
         if rng.random() < 0.6:
             _cut(design, rng, state, path, low, high)
-        yield Call("step", {**inputs, "reference": path, "low": low, "high": high})
+        step = Call("step", {**inputs, "reference": path, "low": low, "high": high})
+        yield step
+        if design.active_set is not None:  # begun with the right set, and with another program's
+            yield step
+            yield before or step
+            before = step
         if rng.random() < 0.1:
             yield Call("hold", {"reference": float(path[-1])})
 
