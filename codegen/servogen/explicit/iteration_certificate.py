@@ -167,55 +167,51 @@ class _Search:
                 self.starts[start] = _Found(known.depth, before, theta, radius)
             return
         self.starts[start] = _Found(depth, before, theta, radius)
-        nowhere = np.zeros(self.program.parameters)
-        ways = self.paths.begin(start)
-        root = [(start, way, way.rows, way.bounds) for way in ways]
-        self._sort([(own, way, h, k, nowhere, -1.0) for own, way, h, k in root])
+        p = self.program.parameters
+        root = _Node(start, Place.nowhere(), np.zeros((0, p)), np.zeros(0), np.zeros(p), -1.0)
+        self._sort([(root, way) for way in self.paths.begin(start)])
 
     def advance(self) -> None:
         """Every way on from the places found last."""
         batch, self.open = self.open[-_TOGETHER:], self.open[:-_TOGETHER]
         self.looked += len(batch)
-        children = []
-        for node in batch:
-            for way in self.paths.onward(node.place):
-                h, k = np.vstack([node.rows, way.rows]), np.append(node.bounds, way.bounds)
-                clear = way.bounds - way.rows @ node.centre
-                radius = min(node.radius, float(clear.min(initial=np.inf)))
-                children.append((node.start, way, h, k, node.centre, radius))
-        self._sort(children)
+        self._sort([(node, way) for node in batch for way in self.paths.onward(node.place)])
 
-    def _sort(
-        self, found: list[tuple[Start, Way, FloatArray, FloatArray, FloatArray, float]]
-    ) -> None:
+    def _sort(self, found: list[tuple[_Node, Way]]) -> None:
         """Keep what is not empty; ends become pieces."""
+        reach = [
+            min(node.radius, float((way.bounds - way.rows @ node.centre).min(initial=np.inf)))
+            for node, way in found
+        ]
         # a ball of the parent that is inside needs no program
-        asked = [i for i, own in enumerate(found) if not own[5] > 100.0 * FLAT]
-        asked.sort(key=lambda i: found[i][3].size)
-        balls = self._balls([found[i][2] for i in asked], [found[i][3] for i in asked])
-        inside = {i: ball for i, ball in zip(asked, balls, strict=True)}
-        for i, (start, way, h, k, centre, radius) in enumerate(found):
-            centre, radius = inside.get(i, (centre, radius))
+        asked = [i for i, radius in enumerate(reach) if not radius > 100.0 * FLAT]
+        asked.sort(key=lambda i: found[i][0].bounds.size + found[i][1].bounds.size)
+        balls = self._balls([found[i] for i in asked])
+        inside = dict(zip(asked, balls, strict=True))
+        for i, (parent, way) in enumerate(found):
+            centre, radius = inside.get(i, (parent.centre, reach[i]))
             if radius < -NOT_EMPTY:
                 continue
-            node = _Node(start, way.place, h, k, centre, radius)
-            if way.place.stage != "end" and way.place.iterations < _ENDLESS:
+            place = self.paths.entered(way.place)
+            h, k = np.vstack([parent.rows, way.rows]), np.append(parent.bounds, way.bounds)
+            node = _Node(parent.start, place, h, k, centre, radius)
+            if place.stage != "end" and place.iterations < _ENDLESS:
                 self.open.append(node)
-            elif not way.place.violated or self._some_violated(node):
+            elif not place.violated or self._some_violated(node):
                 self._end(node)
 
-    def _balls(
-        self, rows: list[FloatArray], bounds: list[FloatArray]
-    ) -> list[tuple[FloatArray, float]]:
+    def _balls(self, asked: list[tuple[_Node, Way]]) -> list[tuple[FloatArray, float]]:
         """Centre and radius of each; a program that is not solved leaves its piece in place."""
         result: list[tuple[FloatArray, float]] = []
-        p = self.program.parameters
-        for first in range(0, len(rows), 256):
-            chunk = range(first, min(first + 256, len(rows)))
-            most = max(rows[i].shape[0] for i in chunk)
-            h, k = np.zeros((len(chunk), most, p)), np.ones((len(chunk), most + self._domain[1].size))
-            for j, i in enumerate(chunk):
-                h[j, : bounds[i].size], k[j, : bounds[i].size] = rows[i], bounds[i]
+        p, shared = self.program.parameters, self._domain[1].size
+        for first in range(0, len(asked), 256):
+            chunk = asked[first : first + 256]
+            most = max(node.bounds.size + way.bounds.size for node, way in chunk)
+            h, k = np.zeros((len(chunk), most, p)), np.ones((len(chunk), most + shared))
+            for j, (node, way) in enumerate(chunk):
+                a, b = node.bounds.size, node.bounds.size + way.bounds.size
+                h[j, :a], h[j, a:b] = node.rows, way.rows
+                k[j, :a], k[j, a:b] = node.bounds, way.bounds
             k[:, most:] = self._domain[1]
             try:
                 balls = inner_balls(h, k, shared=self._domain[0])
@@ -240,8 +236,8 @@ class _Search:
         rows, bounds = self._never_kept
         if np.any(rows @ node.centre < bounds - FLAT):
             return True
-        many = [np.vstack([node.rows, row]) for row in rows]
-        found = self._balls(many, [np.append(node.bounds, bound) for bound in bounds])
+        one = [Way(node.place, row[None], bound[None]) for row, bound in zip(rows, bounds, strict=True)]
+        found = self._balls([(node, way) for way in one])
         return any(radius >= -NOT_EMPTY for _, radius in found)
 
     def _end(self, node: _Node) -> None:

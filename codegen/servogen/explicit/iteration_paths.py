@@ -43,8 +43,8 @@ class Place:
 
     Attributes:
         stage: what it does next: ``warm`` and ``step`` compute lambda*, of the last call's rows or
-            after a row has entered; ``look`` finds the most violated row; ``room`` drops a row for
-            ``entering``, which depends on the set; ``end``.
+            after a row has entered; ``look`` finds the most violated row; ``enter`` appends
+            ``entering``; ``room`` drops a row where that depends on the set; ``end``.
         sides: the working set. dual: (q, p + 1) its multipliers, of terms as large as ``size`` (q,).
         excess: what the row misses that entered last, or ``entering``. raised: its multiplier.
         iterations: so far. first: whether none has been counted yet.
@@ -52,7 +52,7 @@ class Place:
         ending: how the call ended.
     """
 
-    stage: Literal["warm", "step", "look", "room", "end"]
+    stage: Literal["warm", "step", "look", "enter", "room", "end"]
     sides: Sides
     dual: FloatArray
     size: FloatArray
@@ -63,6 +63,12 @@ class Place:
     kept: bool = False
     violated: bool = False
     ending: Ending = "optimal"
+
+    @staticmethod
+    def nowhere() -> Place:
+        """Before a call."""
+        nothing = np.zeros(0)
+        return Place("end", (), nothing, nothing, nothing, nothing)
 
 
 @dataclass(frozen=True)
@@ -267,28 +273,28 @@ class Paths:
             conditions = _Conditions()
             conditions.add(beyond, size[others], False)
             ways += _way(_with(place, stage="end"), conditions)
-        for i, side in enumerate(others):
-            rest = np.arange(others.size) != i
-            conditions = _Conditions()
-            conditions.add(-beyond[i : i + 1], size[side : side + 1], True)
-            differences = excess[others[rest]] - excess[side]
-            conditions.add(differences, size[others[rest]] + size[side], others[rest] < side)
-            after = _with(place, entering=int(side), excess=excess[side], raised=self._zero)
+        rows, bounds, constant, possible = _comparisons(excess[others], beyond, size[others])
+        for i in np.flatnonzero(possible):
+            side, whole = int(others[i]), ~constant[i]
+            after = _with(place, stage="enter", entering=side, excess=excess[side])
             if any(other // 2 == side // 2 for other in sides):
                 # bounds that cross: the method looks at the side that it has
-                ways += _way(_with(place, stage="end", ending="unending"), conditions)
-            else:
-                ways += _way(self._enter(after), conditions)
+                after = _with(place, stage="end", ending="unending")
+            ways.append(Way(after, rows[i, whole], bounds[i, whole]))
         return ways
 
-    def _enter(self, place: Place) -> Place:
-        """Append the entering row, or see that it depends on the set."""
+    def entered(self, place: Place) -> Place:
+        """Append the entering row, or see that it depends on the set; elsewhere nothing."""
+        if place.stage != "enter":
+            return place
         if not self._split(place.sides, place.entering)[1]:
             return _with(place, stage="room")
         size = np.append(place.size, np.abs(place.raised).max(initial=0.0))
         dual = np.vstack([place.dual, place.raised])
         sides = (*place.sides, place.entering)
-        return _with(place, stage="step", sides=sides, dual=dual, size=size, entering=-1)
+        return _with(
+            place, stage="step", sides=sides, dual=dual, size=size, entering=-1, raised=self._zero
+        )
 
     def _make_room(self, place: Place) -> list[Way]:
         """Along the combination of the set's rows that the entering one is."""
@@ -309,10 +315,10 @@ class Paths:
             moved = place.dual - share[:, None] * ratio[i]
             grown = np.maximum(place.size, np.abs(share) * size[i])
             after = self._without(place, int(p), moved, grown)
-            raised = place.raised + ratio[i]
-            # the next iteration tries again
-            again = _with(after, raised=raised, iterations=place.iterations + 1)
-            ways += _way(self._enter(again), conditions)
+            raised = place.raised + ratio[i]  # the next iteration tries again
+            count = place.iterations + 1
+            again = _with(after, stage="enter", raised=raised, iterations=count)
+            ways += _way(again, conditions)
         return ways
 
     def _without(self, place: Place, p: int, dual: FloatArray, size: FloatArray) -> Place:
@@ -352,6 +358,30 @@ def _with(place: Place, **changes: object) -> Place:
 def _way(place: Place, conditions: _Conditions) -> list[Way]:
     found = conditions.polyhedron()
     return [] if found is None else [Way(place, *found)]
+
+
+def _comparisons(
+    excess: FloatArray, beyond: FloatArray, size: FloatArray
+) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Of every function (s, p + 1) that it is the greatest of them and ``beyond`` positive.
+
+    Returns:
+        rows (s, s, p) of unit length and bounds (s, s), row i of polyhedron i being what is beyond;
+        which are constant, (s, s), and no rows; of which functions no constant row fails, (s,).
+    """
+    count = np.arange(excess.shape[0])
+    g = excess[None, :] - excess[:, None]
+    g[count, count] = -beyond
+    terms = size[None, :] + size[:, None]
+    length = np.sqrt(np.sum(g[:, :, :-1] ** 2, axis=2))
+    constant = length <= CANCELLED * terms
+    value = np.where(np.abs(g[:, :, -1]) <= CANCELLED * terms, 0.0, g[:, :, -1])
+    strict = count[None, :] <= count[:, None]  # of equal ones the first is taken
+    fails = constant & ((value > 0.0) | (strict & (value == 0.0)))
+    # nowhere in the unit box
+    fails |= g[:, :, -1] - np.sum(np.abs(g[:, :, :-1]), axis=2) > CANCELLED * terms
+    length = np.where(constant, 1.0, length)
+    return g[:, :, :-1] / length[:, :, None], -g[:, :, -1] / length, constant, ~fails.any(axis=1)
 
 
 def _snapped(functions: FloatArray, sizes: FloatArray) -> FloatArray:
