@@ -33,7 +33,7 @@ from servogen.sil.compiled import CompiledController
 BUDGET = 100_000
 # Parameters nearer than this to the edge of a piece may round to the other side of it.
 EDGE = 1e-7
-COLD = ("limits_2", "limits_3", "limits_4", "limits_5", "feasible_3", "twice_3")
+COLD = ("limits_2", "limits_3", "limits_4", "limits_5", "feasible_3", "twice_3", "random_4")
 WARM = ("limits_3", "twice_2")
 
 
@@ -56,6 +56,33 @@ class Case:
 
 @cache
 def case(name: str, cap: int = 200) -> Case:
+    """One of the programs below, by kind and number of variables."""
+    kind, size = name.split("_")
+    return _random(name, int(size), cap) if kind == "random" else _integrator(name, cap)
+
+
+def _random(name: str, n: int, cap: int) -> Case:
+    """Rows in every direction: several multipliers fall at once."""
+    rng = np.random.default_rng(11)
+    square = rng.normal(size=(n, n))
+    hessian = square @ square.T + 0.1 * np.eye(n)
+    design = design_qp_solver(name, FLOAT64, hessian, rng.normal(size=(3 * n, n)), cap, 1e-6)
+    box, bounds = parameter_box(-np.ones(2), np.ones(2))
+    high = np.column_stack([0.3 * rng.normal(size=(3 * n, 2)), rng.uniform(0.2, 0.6, 3 * n)])
+    return Case(
+        design,
+        IterationProgram(
+            tables=design.tables,
+            free=np.column_stack([2.0 * rng.normal(size=(n, 2)), rng.normal(size=n)]),
+            low=high - np.array([0.0, 0.0, 1.0]),
+            high=high,
+            domain_rows=box,
+            domain_bounds=bounds,
+        ),
+    )
+
+
+def _integrator(name: str, cap: int) -> Case:
     """A double integrator, input, position and velocity limited, over N samples from any state.
 
     ``limits``: some of whose states cannot be kept; ``feasible``: all can; ``twice``: every second
@@ -141,7 +168,6 @@ def test_every_parameter_takes_its_pieces_iterations_from_a_cold_start(name: str
         status, out = controller.call("step", case(name).inputs(theta))
         assert status is not Status.BACKUP  # the cap is the certified bound
         taken[i], told[i] = int(out["iterations"]), status is Status.INFEASIBLE
-    # the piece without a step may be the whole set's complement of "none needed": see `of`
     own, ending = of(pieces, (thetas - paths.middle) / paths.half)
     inside = own >= 0
     assert np.mean(inside) > 0.99
@@ -258,13 +284,17 @@ def test_bounds_that_cross_are_told_as_ways_without_an_end() -> None:
 
 def test_a_parametric_program_has_its_rows_one_sided_and_its_bounds_paired() -> None:
     qp = parametric_qp(
-        [[2.0, 0.5], [0.5, 1.0]], [[1.0], [-1.0]], rows=[[1.0, 1.0]], bounds=[0.5],
+        [[2.0, 0.5], [0.5, 1.0]], [[1.0], [1.5]], rows=[[1.0, 1.0]], bounds=[0.5],
         bounds_parameter=[[0.2]], lower=[-1.0, -1.0], upper=[1.0, np.inf],
         domain_rows=[[1.0], [-1.0]], domain_bounds=[3.0, 3.0],
     )  # fmt: skip
     program = iteration_program(qp, FLOAT64, 50, 1e-9)
+    lowest = program.solve(np.array([3.0]), empty_set(program.tables), 50)
+    assert lowest.optimal
+    np.testing.assert_allclose(lowest.z, [-1.0, -1.0])  # no lower side of the row
     found = certify_iterations(program, BUDGET)
     assert found.exact
+    assert found.infeasible == 0
     taken = {
         program.solve(np.array([theta]), empty_set(program.tables), 50).iterations
         for theta in np.linspace(-3.0, 3.0, 2001)
