@@ -236,7 +236,9 @@ class _Search:
         rows, bounds = self._never_kept
         if np.any(rows @ node.centre < bounds - FLAT):
             return True
-        one = [Way(node.place, row[None], bound[None]) for row, bound in zip(rows, bounds, strict=True)]
+        one = [
+            Way(node.place, row[None], bound[None]) for row, bound in zip(rows, bounds, strict=True)
+        ]
         found = self._balls([(node, way) for way in one])
         return any(radius >= -NOT_EMPTY for _, radius in found)
 

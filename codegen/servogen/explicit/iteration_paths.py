@@ -45,9 +45,10 @@ class Place:
         stage: what it does next: ``warm`` and ``step`` compute lambda*, of the last call's rows or
             after a row has entered; ``look`` finds the most violated row; ``enter`` appends
             ``entering``; ``room`` drops a row where that depends on the set; ``end``.
-        sides: the working set. dual: (q, p + 1) its multipliers, of terms as large as ``size`` (q,).
+        sides: the working set.
+        dual: (q, p + 1) its multipliers. size: (q,) of the terms that they are sums of.
         excess: what the row misses that entered last, or ``entering``. raised: its multiplier.
-        iterations: so far. first: whether none has been counted yet.
+        iterations: so far.
         kept: a kept set's first iteration. violated: some row is, at the optimum without rows.
         ending: how the call ended.
     """
@@ -82,7 +83,7 @@ class Way:
 
 @dataclass
 class _Conditions:
-    """Affine functions that are to be negative (strict) or not positive, with their terms' sizes."""
+    """Affine functions that are to be negative (strict) or not positive; sizes of their terms."""
 
     functions: list[FloatArray] = field(default_factory=list)
     sizes: list[FloatArray] = field(default_factory=list)
@@ -167,7 +168,7 @@ class Paths:
     def begin(self, start: Start) -> list[Way]:
         """The ways into a call: none needed at all, where that is asked first, and the method."""
         violated = not start.kept
-        place = self._place("warm", start.sides, kept=start.kept, violated=violated)
+        place = self._place("warm", start.sides, start.kept, violated)
         everywhere = Way(place, np.zeros((0, self._zero.size - 1)), np.zeros(0))
         return [everywhere] if start.kept else [everywhere, *self._none_needed(0, _Conditions())]
 
@@ -194,10 +195,12 @@ class Paths:
                 return self._make_room(place)
         return []
 
-    def _place(self, stage: Literal["warm", "look"], sides: Sides, **more: bool) -> Place:
-        q = len(sides)
-        nothing = np.zeros((q, self._zero.size))
-        return Place(stage, sides, nothing, np.zeros(q), self._zero, self._zero, **more)
+    def _place(
+        self, stage: Literal["warm", "look"], sides: Sides, kept: bool, violated: bool
+    ) -> Place:
+        q, zero = len(sides), self._zero
+        place = Place(stage, sides, np.zeros((q, zero.size)), np.zeros(q), zero, zero)
+        return _with(place, kept=kept, violated=violated)
 
     def _warm(self, place: Place) -> list[Way]:
         """With multipliers of zero the first negative lambda* is dropped; nothing moves."""
@@ -214,7 +217,7 @@ class Paths:
             rest = place.sides[:p] + place.sides[p + 1 :]
             if place.kept:
                 ways += self._none_needed(count, conditions)
-            after = self._place("warm", rest, violated=place.violated or place.kept)
+            after = self._place("warm", rest, False, place.violated or place.kept)
             ways += _way(_with(after, iterations=count), conditions)
         conditions = _Conditions()
         conditions.add(-star, size, False)
@@ -227,7 +230,7 @@ class Paths:
         excess = self.excess[self.sides].copy()
         excess[:, -1] -= float(self.tables.accept)
         conditions.add(excess, self._size[self.sides], False)
-        place = _with(self._place("look", ()), stage="end", iterations=count)
+        place = _with(self._place("look", (), False, False), stage="end", iterations=count)
         return _way(place, conditions)
 
     def _step(self, place: Place) -> list[Way]:
@@ -333,7 +336,7 @@ class Paths:
             if len(self._solved) > 20_000:
                 self._solved.clear()
             own = list(sides)
-            found = np.linalg.inv(self._products[np.ix_(own, own)])
+            found = np.asarray(np.linalg.inv(self._products[np.ix_(own, own)]), dtype=np.float64)
             self._solved[sides] = found
         return found
 

@@ -1,8 +1,9 @@
-"""A program whose data are affine in a parameter, as the active-set method meets it call by call."""
+"""A program with data that are affine in a parameter, as the active-set method meets it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from servogen.sets.polyhedron import maximise
 
 @dataclass(frozen=True)
 class IterationProgram:
-    """min 1/2 z'Hz + f'z subject to low <= A z + E x <= high, everything but H, A, E affine in theta.
+    """min 1/2 z'Hz + f'z subject to low <= A z + E x <= high; f, x, low, high affine in theta.
 
     Matrices of p + 1 columns act on (theta, 1). A bound that is not there is infinite in its last
     column.
@@ -131,15 +132,13 @@ def iteration_program(
 def _written(tables: ActiveSetTables) -> tuple[FloatArray, FloatArray]:
     """A (m, N), and E (m, n) of the plant behind it (n = 0 without), in float64."""
     rows = tables.rows
-    if isinstance(rows, ColumnRows):
-        return rows.columns.T.astype(np.float64), np.zeros((rows.count, 0))
-    assert isinstance(rows, StageRows)
-    exact = replace(
-        rows,
-        stage=rows.stage.astype(np.float64),
-        terminal=rows.terminal.astype(np.float64),
-    )
-    at_rest, still = np.zeros(rows.order), np.zeros(rows.horizon)
-    on_variables = [exact.product(unit, at_rest) for unit in np.eye(rows.horizon)]
-    on_start = [exact.product(still, unit) for unit in np.eye(rows.order)]
-    return np.array(on_variables).T, np.array(on_start).T
+    assert isinstance(rows, StageRows | ColumnRows)
+    numbers: dict[str, Any] = {one.name: getattr(rows, one.name) for one in fields(rows)}
+    wide = {k: v.astype(np.float64) for k, v in numbers.items() if isinstance(v, np.ndarray)}
+    exact: StageRows | ColumnRows = replace(rows, **{**numbers, **wide})
+    on_variables = np.array([exact.product(unit) for unit in np.eye(exact.variables)]).T
+    if isinstance(exact, ColumnRows):
+        return on_variables, np.zeros((exact.count, 0))
+    still = np.zeros(exact.variables)
+    on_start = np.array([exact.product(still, unit) for unit in np.eye(exact.order)]).T
+    return on_variables, on_start

@@ -1,8 +1,8 @@
-"""``servogen check iterations`` of a two-stage machine: a proof where there is one, figures else."""
+"""``servogen check iterations`` of a two-stage machine: a proof if there is one, else figures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from servogen.controllers.mpc_iterations import LIMITED_STATES, mpc_program
 from servogen.evidence.bench import Bench
 from servogen.evidence.finding import Finding
 from servogen.explicit.iteration_certificate import IterationCertificate, certify_iterations
-from servogen.precision import FloatArray
+from servogen.precision import FloatArray, IntArray
 from servogen.progress import Progress
 from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
@@ -38,20 +38,24 @@ BEGINNINGS, CHANGES = 20, 150
 class Taken:
     """Iterations of many steps and how they ended, (steps,) each."""
 
-    iterations: np.ndarray
-    status: np.ndarray
+    iterations: IntArray
+    status: IntArray
+
+    @property
+    def most_solved(self) -> int:
+        """The most of a step that ended with the optimum."""
+        return int(self.iterations[self.status == Status.OK].max(initial=0))
 
     def figures(self) -> dict[str, object]:
         """Plain JSON values; ``histogram`` counts steps by their number of iterations."""
         counts = np.bincount(self.iterations) if self.iterations.size else np.zeros(1, dtype=int)
-        solved = self.iterations[self.status == Status.OK]
         return {
             "steps": int(self.iterations.size),
             "none_needed": int(np.sum(self.iterations == 0)),
             "median": float(np.median(self.iterations)) if self.iterations.size else 0.0,
             "p99": float(np.percentile(self.iterations, 99)) if self.iterations.size else 0.0,
             "most": int(self.iterations.max(initial=0)),
-            "most_solved": int(solved.max(initial=0)),
+            "most_solved": self.most_solved,
             "backup": int(np.sum(self.status == Status.BACKUP)),
             "infeasible": int(np.sum(self.status == Status.INFEASIBLE)),
             "histogram": {str(i): int(c) for i, c in enumerate(counts) if c},
@@ -109,7 +113,9 @@ def iterations_finding(
             own = next(d for d in package.declarations if d.prefix == program.design.prefix)
             with progress.task("Hard programs", BEGINNINGS) as task:
                 steps = list(_random_steps(program.design))
-                taken[f"{own.prefix}: random states"] = _played(CompiledController(module, own), steps)
+                taken[f"{own.prefix}: random states"] = _played(
+                    CompiledController(module, own), steps
+                )
                 found = _search(CompiledController(module, own), own, steps, task.advance)
             taken[f"{own.prefix}: search"] = found
     return _finding(programs, taken, bench)
@@ -120,7 +126,7 @@ def _finding(programs: Sequence[Program], taken: Mapping[str, Taken], bench: Ben
     told = {p.design.prefix: p.sentence() for p in programs}
     figures = {name: own.figures() for name, own in taken.items()}
     loop = figures["closed loop"]
-    hardest = max(own["most_solved"] for own in figures.values())  # type: ignore[type-var]
+    hardest = max(own.most_solved for own in taken.values())
     seen = (
         f"measured: at most {loop['most']} in the closed loop, backup on {loop['backup']} of "
         f"{loop['steps']} axis steps; {hardest} in the hardest program found; cap {cap}"
@@ -218,7 +224,7 @@ def _search(
     controller: CompiledController,
     declaration: Declaration,
     calls: Sequence[Call],
-    advance: object,
+    advance: Callable[[], None],
 ) -> Taken:
     """From random steps uphill in iterations, each from a cold start: a change of the state, the
     references or the bounds stays if the program is solved and takes no fewer."""
@@ -243,7 +249,7 @@ def _search(
             count = of(tried)
             if count >= best:
                 at, best = tried, count
-        advance()  # type: ignore[operator]
+        advance()
     return Taken(np.array(iterations, dtype=np.int64), np.array(statuses, dtype=np.int64))
 
 
