@@ -10,6 +10,7 @@ import pytest
 
 from servogen.evidence.certificate import (
     FAILED,
+    MEASURED,
     NOT_APPLICABLE,
     NOT_RUN,
     PASSED,
@@ -55,6 +56,17 @@ def test_a_finding_about_other_c_is_no_evidence(tmp_path: Path, subjects: dict[s
     assert entry.state == NOT_RUN
     assert "another build" in entry.summary
     assert not entry.figures
+
+
+def test_what_was_measured_counts_neither_as_passed_nor_as_failed(tmp_path: Path) -> None:
+    keep(replace(GOOD, measured=True), tmp_path, ORIGIN)
+    assert state(tmp_path) == MEASURED
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    found = Certificate("p", "0", "h", "float64", DIGESTS, ORIGIN, (entry,))
+    assert found.result == "incomplete"  # nothing passed
+    assert found.lines()[0] == "evidence  incomplete: 1 measured"
+    keep(replace(GOOD, measured=True, passed=False, faults=("no",)), tmp_path, ORIGIN)
+    assert state(tmp_path) == FAILED
 
 
 def test_a_finding_from_another_input_is_no_evidence(tmp_path: Path) -> None:
