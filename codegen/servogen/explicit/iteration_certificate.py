@@ -36,7 +36,10 @@ _TRIED = 20
 
 @dataclass(frozen=True)
 class Piece:
-    """Parameters for which the method goes one way, where they are kept.
+    """Parameters for which the method goes one way.
+
+    After a set that was shifted, those are among them for which no iteration is needed at all; that
+    they are a piece of their own is asked first.
 
     Attributes:
         start: what the call began with. ending, iterations: how and when it ended.
