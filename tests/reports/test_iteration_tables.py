@@ -31,7 +31,14 @@ def test_what_is_not_finished_is_not_certified(full: ReportData) -> None:
     found = tables(full)
     assert texts(found["Iterations certified"]) == [
         ["corner_mpc", "from a cold start", "exact", "19", "19", number(8381)],
-        ["corner_mpc", "after any other call", "not certified: not finished", "21", "21", number(17973)],
+        [
+            "corner_mpc",
+            "after any other call",
+            "not certified: not finished",
+            "21",
+            "21",
+            number(17973),
+        ],
     ]
     measured = texts(found["Iterations measured, with the C inside"])
     assert measured == [["closed loop", "9", "4", "1", "17", "17", "6", "1", "2"]]
@@ -43,8 +50,8 @@ def test_what_is_not_finished_is_not_certified(full: ReportData) -> None:
 def test_the_histogram_has_every_step_once(full: ReportData) -> None:
     rows = texts(tables(full)["Steps by iterations"])
     assert rows == [
-        ["0", percent(4 / 9)], ["1", ""], ["2", ""], ["3 to 4", percent(3 / 9)], ["5 to 8", ""], ["9 to 16", ""],
-        ["17 to 32", percent(2 / 9)],
+        ["0", percent(4 / 9)], ["1", ""], ["2", ""], ["3 to 4", percent(3 / 9)],
+        ["5 to 8", ""], ["9 to 16", ""], ["17 to 32", percent(2 / 9)],
     ]  # fmt: skip
 
 
