@@ -20,6 +20,7 @@ from servogen.evidence.certificate import (
     strangers_in,
 )
 from servogen.evidence.finding import Finding, Origin, evidence_file, keep
+from servogen.pipeline import RunResult
 
 DIGESTS = {"float64": "a" * 64, "float32": "b" * 64}
 BOTH = ("float64", "float32")
@@ -183,3 +184,11 @@ def test_what_was_left_out_stands_in_the_one_line(tmp_path: Path) -> None:
     assert entry.details == ("a line", *(f"not run: {text}" for text in left))
     told = replace(certificate(), entries=(entry,)).lines()
     assert told[-1].endswith("passed    all equal; not run: clang; gcc 32-bit, calls")
+
+
+def test_the_last_line_of_a_run_tells_what_was_only_measured(tmp_path: Path) -> None:
+    keep(replace(GOOD, measured=True), tmp_path, ORIGIN)
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    found = Certificate("p", "0", "h", "float64", DIGESTS, ORIGIN, (entry,))
+    told = RunResult({}, found).lines()[-1]
+    assert told == "run       all checks passed; measured, not proved: pil"
