@@ -259,9 +259,8 @@ def test_a_budget_that_does_not_suffice_is_told() -> None:
     assert whole.finished
 
 
-def test_bounds_that_cross_are_told_as_ways_without_an_end() -> None:
-    """z_1 from 0 up to theta, which may be -1: once its lower side is in the set the method looks
-    at the upper one and has it already."""
+def test_bounds_that_have_changed_places_end_where_the_second_side_is_met() -> None:
+    """z_1 from 0 up to theta, which may be -1."""
     hessian = np.array([[2.0, 0.5], [0.5, 1.0]])
     design = design_qp_solver("crossing", FLOAT64, hessian, np.eye(2), 50, 1e-9)
     scale = design.scale.astype(np.float64)[:, None]
@@ -275,11 +274,11 @@ def test_bounds_that_cross_are_told_as_ways_without_an_end() -> None:
         domain_bounds=bounds,
     )
     found = certify_iterations(program, BUDGET, warm=False)
-    assert found.unending
-    assert not found.exact
+    assert found.exact
+    assert found.infeasible
     result = program.solve(np.array([-0.5]), empty_set(design.tables), 50)
-    assert result.iterations == 50
-    assert not result.infeasible
+    assert result.infeasible
+    assert result.iterations == found.bound
 
 
 def test_a_parametric_program_has_its_rows_one_sided_and_its_bounds_paired() -> None:

@@ -15,8 +15,8 @@ LIMITED_STATES = 3
 
 def mpc_program(design: MpcDesign) -> IterationProgram | None:
     """theta is the state (n,), the references r_0..r_N, the lower bounds of y_1..y_N, the upper
-    ones: each within its declared range, every upper bound at least two margins above its lower
-    one. None where PQP iterates or the state has components without a limit.
+    ones: each within its declared range. None where PQP iterates or the state has components
+    without a limit.
     """
     tables = design.active_set
     n, horizon, qp, limits = design.plant.order, design.horizon, design.qp, design.limits
@@ -51,13 +51,12 @@ def mpc_program(design: MpcDesign) -> IterationProgram | None:
         ]
     )
     box, bounds = parameter_box(-most, most)
-    apart = (low - high)[:, :p]
     return IterationProgram(
         tables=tables,
         free=free,
         low=below,
         high=above,
-        domain_rows=np.vstack([box, apart]),
-        domain_bounds=np.append(bounds, np.full(horizon, -2.0 * margin / scale)),
+        domain_rows=box,
+        domain_bounds=bounds,
         start=start,
     )

@@ -70,7 +70,7 @@ class IterationCertificate:
         pieces: ways that end; ``flat`` of them are not shown to have an inside, and
             ``bound_inside`` is the most of those that have.
         starts: working sets that calls begin with. left: places not followed any further.
-        unending: pieces that come to no end, where bounds cross. infeasible: pieces that say so.
+        unending: pieces that come to no end within 1,000. infeasible: pieces that say so.
         by_iterations: pieces by their number of iterations, from 0 on.
     """
 

@@ -281,8 +281,8 @@ class Paths:
             side, whole = int(others[i]), ~constant[i]
             after = _with(place, stage="enter", entering=side, excess=excess[side])
             if any(other // 2 == side // 2 for other in sides):
-                # bounds that cross: the method looks at the side that it has
-                after = _with(place, stage="end", ending="unending")
+                # its bounds have changed places: no z keeps both
+                after = _with(place, stage="end", ending="infeasible")
             ways.append(Way(after, rows[i, whole], bounds[i, whole]))
         return ways
 

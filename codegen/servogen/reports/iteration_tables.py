@@ -99,9 +99,8 @@ def _certified(programs: Mapping[str, Json], cap: Any) -> Table:
             )
     columns = ("program", "calls", "worst case", "iterations", "attained", "pieces")
     note = (
-        "Over every state, reference and bound in its declared range, every upper bound two "
-        "margins above its lower one, whatever the last call was. Where it is not exact, the "
-        "iterations are the most that was seen."
+        "Over every state, reference and bound in its declared range, whatever the last call was. "
+        "Where it is not exact, the iterations are the most that was seen."
     )
     return Table("Iterations certified", columns, tuple(rows), note)
 
