@@ -25,6 +25,7 @@ from servogen.sil.build import Module, compile_package
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call, compare
 from servogen.sil.player import struct_layout
+from servogen.wcet.package import count_package
 
 KINDS = ("random", "duplicate rows", "integers", "box", "triangle", "badly scaled")
 # By turns; 5 and 7 are no multiples of the four lines that share a pass.
@@ -205,6 +206,17 @@ def run_all(name: str, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     outputs = module.ffi.from_buffer(f"{name}_step_out[]", out, require_writable=True)
     status = [step(controller.memory, inputs + i, outputs + i) for i in range(len(given))]
     return out, np.array(status)
+
+
+@pytest.mark.parametrize("name", ["box_7", "triangle_20", "two_inputs"])
+def test_the_work_of_a_call_is_counted(name: str) -> None:
+    """Rows of all kinds: every loop has a bound that is known, the iterations are told apart."""
+    package = emit_package("programs", (declare_qp_solver(designs("float64")[name]),))
+    folder = temporary_folder(f"qp_count_{name}")
+    package.write(folder)
+    files = [folder / source for source in package.sources]
+    count = count_package(files, [folder], [f"{name}_step"]).entry_points[f"{name}_step"]
+    assert count.caps == {f"{name.upper()}_ITERATION_CAP": CAP}
 
 
 class Oracle:

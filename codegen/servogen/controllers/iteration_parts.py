@@ -213,5 +213,5 @@ def _columns(rows: ColumnRows) -> IterationParts:
             Table("first", first, "where these begin", integer=True),
             Table("bound_factors", rows.bounds, "of the variables, as rows"),
         ),
-        facts={"stages": False},
+        facts={"stages": False, "first": [int(i) for i in first]},
     )

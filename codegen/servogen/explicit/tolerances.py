@@ -83,3 +83,10 @@ HOLE = 1e-3
 # is 1e4 there, a row's direction is known to 1e-13 or so, and this far out that is a tenth of a
 # SLIVER.
 FAR = 1e6
+# What is left of affine functions that cancel, relative to their terms: a function so small is
+# nothing, and what it is compared with decides by the order of the rows, as in the method.
+CANCELLED = 1e-11
+# A piece of parameters is empty if the radius of its largest ball is below minus this, in a unit
+# box of parameters: ten times what a linear program's vertex is known to, so that what is kept is
+# no less than what there is.
+NOT_EMPTY = 1e-9

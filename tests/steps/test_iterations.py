@@ -1,0 +1,166 @@
+"""``check iterations``: what is proved is told as proved, what is measured as measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from servogen.controllers.design import Status
+from servogen.controllers.mpc_design import MpcDesign
+from servogen.controllers.mpc_iterations import mpc_program
+from servogen.controllers.tracking_mpc import TrackingMpc
+from servogen.evidence.bench import Bench
+from servogen.explicit.iteration_certificate import certify_iterations
+from servogen.progress import Silent
+from servogen.project import load_project
+from servogen.steps import two_stage_iterations as own
+from servogen.steps.check import bench_of
+from servogen.steps.findings import step_finding
+from servogen.steps.prepare import Prepared, prepare
+from servogen.steps.two_stage import TwoStage
+
+TOML = """\
+schema = 1
+name = "corner"
+system = "two_stage"
+
+[machine.x.slow]
+model = "servo"
+bandwidth_rad_per_s = 45.0
+damping = 0.7
+position_limit_m = 0.4
+velocity_limit_m_per_s = 0.7
+acceleration_limit_m_per_s2 = 14.71
+
+[machine.x.fast]
+model = "servo"
+bandwidth_rad_per_s = 2250.0
+damping = 0.7
+range_m = 0.01
+velocity_limit_m_per_s = 0.6
+acceleration_limit_m_per_s2 = 49.05
+
+[sampling]
+fast_sample_time_s = 0.001
+slow_sample_time_s = 0.03
+
+[controller.mpc]
+horizon = 1
+
+[controller.solver]
+method = "active_set"
+iteration_cap = 20
+
+[path]
+file = "corner.dxf"
+feed_m_per_s = 0.5
+corner_time_s = 0.001
+"""
+DXF = """\
+0 SECTION 2 HEADER 9 $ACADVER 1 AC1015 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES
+0 LINE 8 0 10 0.0 20 0.0 11 300.0 21 0.0
+0 LINE 8 0 10 300.0 20 0.0 11 300.0 21 100.0
+0 ENDSEC 0 EOF
+"""
+BENCH = cast(Bench, SimpleNamespace(own_digest={"float64": "a"}, subjects=()))
+LOOP = own.Taken(np.array([0, 0, 3, 5]), np.array([Status.OK, Status.OK, Status.OK, Status.BACKUP]))
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory: pytest.TempPathFactory) -> Prepared:
+    folder: Path = tmp_path_factory.mktemp("corner")
+    (folder / "corner.dxf").write_text("\n".join(DXF.split()) + "\n", encoding="utf-8")
+    (folder / "servogen.toml").write_text(TOML, encoding="utf-8")
+    return prepare(load_project(folder / "servogen.toml"), Silent())
+
+
+@pytest.fixture(scope="module")
+def design(prepared: Prepared) -> MpcDesign:
+    system = prepared.system
+    assert isinstance(system, TwoStage)
+    assert system.design.mpc is not None
+    return system.design.mpc[0]
+
+
+def capped(design: MpcDesign, cap: int) -> MpcDesign:
+    return replace(design, pqp=replace(design.pqp, cap=cap))
+
+
+def test_the_controllers_program_is_certified_over_all_that_it_may_be_given(
+    design: MpcDesign,
+) -> None:
+    program = mpc_program(design)
+    assert program is not None
+    found = certify_iterations(program, 30_000)
+    assert found.exact
+    controller = TrackingMpc(design)
+    controller.reset(0.0)
+    taken = []
+    for theta in found.witness:
+        state, references, low, high = np.split(theta, [3, 5, 6])
+        taken.append(controller.step(state, references, low, high)[2])
+    assert taken[-1] == found.bound
+    assert max(taken) == found.bound
+    rng = np.random.default_rng(3)
+    least, most = program.box()
+    for _ in range(3000):
+        theta = rng.uniform(least, most) * rng.choice([0.1, 1.0])
+        state, references, low, high = np.split(theta, [3, 5, 6])
+        assert controller.step(state, references, low, high)[2] <= found.bound
+
+
+def test_a_proof_counts_as_one_and_stands_beside_what_the_c_took(
+    prepared: Prepared, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(own, "RANDOM_STEPS", 300)
+    monkeypatch.setattr(own, "BEGINNINGS", 3)
+    found = step_finding(prepared, "iterations", bench_of(prepared), Silent())
+    assert found.passed
+    assert not found.measured
+    assert found.summary.startswith("certified: at most ")
+    assert set(found.subjects) == {"float64"}
+    bound = found.figures["programs"]["corner_mpc"]["certified"]
+    measured = found.figures["measured"]
+    assert measured["closed loop"]["steps"] > 50
+    assert measured["closed loop"]["most"] <= bound
+    search = measured["corner_mpc: search"]
+    assert 0 < search["most_solved"] <= bound
+    assert search["most_solved"] >= measured["corner_mpc: random states"]["most_solved"] - 1
+    for one in measured.values():
+        assert sum(one["histogram"].values()) == one["steps"]
+
+
+def test_a_cap_below_the_certified_worst_case_is_told_and_is_no_proof(design: MpcDesign) -> None:
+    program = mpc_program(design)
+    assert program is not None
+    found = certify_iterations(program, 30_000)
+    enough = own.Program(capped(design, found.bound), found, found)
+    short = own.Program(capped(design, found.bound - 1), found, found)
+    assert not own._finding([enough], {"closed loop": LOOP}, BENCH).measured
+    told = own._finding([short], {"closed loop": LOOP}, BENCH)
+    assert told.measured
+    assert f"the cap of {found.bound - 1} is BELOW it" in told.summary
+
+
+def test_what_is_not_finished_or_not_tried_is_measured_and_says_so(design: MpcDesign) -> None:
+    program = mpc_program(design)
+    assert program is not None
+    part = certify_iterations(program, 50)
+    told = own._finding([own.Program(design, part, part)], {"closed loop": LOOP}, BENCH)
+    assert told.measured
+    assert told.summary.startswith("not certified: from a cold start not finished")
+    pqp = own._certified(replace(design, active_set=None), Silent())
+    told = own._finding([pqp], {"closed loop": LOOP}, BENCH)
+    assert told.measured
+    assert told.summary == (
+        "not certified: PQP has no bound but its cap; measured: at most 5 in the closed loop, "
+        "backup on 1 of 4 axis steps; 3 in the hardest program found; cap 20"
+    )
+    long = own._certified(replace(design, horizon=own.LONGEST_HORIZON + 1), Silent())
+    assert long.proved is None
+    assert "too many pieces" in long.sentence()
