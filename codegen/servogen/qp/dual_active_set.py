@@ -223,26 +223,30 @@ class _Method:
         work, z = self.work, self.free
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
-        refined = False
+        refined = refining = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
-                star = self.multipliers()
+                step = self.step()
+                star = work.dual[: work.size] + step
                 if self.blocked(star):
                     # a set that was kept is not the right one: perhaps none is needed
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = refined = False
+                    kept = refined = refining = False
                     continue
                 kept = False
                 work.dual[: work.size] = self.from_zero(star)
-                z = self.point()
+                # from z, so that what is left is as small as the step: z_unc and V lambda may be
+                # large and their difference no better than their rounding. Every other time anew:
+                # where no z keeps all rows, lambda may be huge and z far from what it stands for
+                z = self.less(z, step) if refining else self.less(self.free, work.dual)
                 rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
                 if entering is None:
                     self.measure(rows)
                     if not refined and np.any(self.missed[: work.size] < -self.tables.accept):
-                        refined = True
+                        refined = refining = True
                         continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
@@ -252,8 +256,9 @@ class _Method:
                     if self.low[entering[0]] > self.high[entering[0]]:
                         return ActiveSetResult(z, False, True, iteration)
                     self.measure(rows)  # what rounding left: the next step takes it away
-                    entering = None
+                    entering, refining = None, not refining
                     continue
+                refining = False
                 raised, excess = self.zero, self.excess(rows, *entering)
             if self.append(*entering):
                 work.dual[work.size - 1] = raised
@@ -285,8 +290,8 @@ class _Method:
         for j in range(work.size):
             self.missed[j] = self.excess(rows, work.row[j], work.side[j])
 
-    def multipliers(self) -> FloatArray:
-        """lambda* (q,)."""
+    def step(self) -> FloatArray:
+        """lambda* - lambda (q,)."""
         work, q = self.work, self.work.size
         step = np.zeros(q, dtype=work.dual.dtype)
         for j in range(q):
@@ -296,8 +301,7 @@ class _Method:
             step[j] = self.within(total)
         step = step * work.pivots[:q]
         self.back(step)
-        result: FloatArray = work.dual[:q] + step
-        return result
+        return step
 
     def back(self, x: FloatArray) -> None:
         """x becomes L^-T x, from the last entry to the first."""
@@ -351,19 +355,19 @@ class _Method:
         self.missed[p : q - 1] = self.missed[p + 1 : q].copy()
         self.remove(p)
 
-    def point(self) -> FloatArray:
-        """z (N,) at the present multipliers, summed in the order of the vectors' slots
-        or, where there are none, of the set."""
-        work, z = self.work, self.free
+    def less(self, z: FloatArray, dual: FloatArray) -> FloatArray:
+        """z - V dual (N,), summed in the order of the vectors' slots or, where there are none,
+        of the set."""
+        work = self.work
         if not self.tables.stores:
             pull = np.zeros_like(z)
             for j in range(work.size):
                 own, begin = self.tables.rows.row(work.row[j]), self.tables.rows.begin(work.row[j])
-                signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
+                signed = dual[j] if work.side[j] > 0 else -dual[j]
                 pull[begin : own.size] = pull[begin : own.size] + own[begin:] * signed
             return z - matvec(self.tables.inverse, pull)
         for j in sorted(range(work.size), key=lambda j: work.slot[j]):
-            signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
+            signed = dual[j] if work.side[j] > 0 else -dual[j]
             z = z - work.vectors[work.slot[j]] * signed
         return z
 
