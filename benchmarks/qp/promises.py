@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from qp.counted import Measured
-from qp.peers import ACCURACY, COLUMNS, DAQP, STAGES
+from qp.peers import COLUMNS, DAQP, STAGES
+from qp.tolerance import ACCURACY
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from rich.console import Console
 from rich.table import Table
 
 from qp.counted import Measured
-from qp.peers import ACCURACY, DAQP
+from qp.peers import DAQP
 from qp.promises import Promise
 from qp.sequence import Sequence
 from qp.timed import BASE
+from qp.tolerance import ACCURACY
 
 Failed = Mapping[str, str]
 

@@ -1,0 +1,1 @@
+"""The benchmark of explicit lookups: programs, contenders, promises."""
