@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 from ppopt_peer import ppopt_solution
-
-from lookup.programs import Program
 from qp.counted import Measured, PeerFailed, compile_peer, counted_peer
 from qp.peers import columns, daqp
 from qp.sequence import Array, with_optima
+
+from lookup.programs import Program
 from servogen.controllers.lookup_design import declare_lookup, design_lookup
 from servogen.emit.literals import real_literal
 from servogen.emit.package import emit_package

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from qp.sequence import Array, Sequence, two_sided
 
 from qp import servo
-from qp.sequence import Array, Sequence, two_sided
 from servogen.qp.parametric import ParametricQP, parameter_box
 from servogen.qp.parametric_solver import ParametricSolver
 from servogen.systems.servo_drive import tracking_problem
@@ -68,13 +68,18 @@ class Program:
         )  # fmt: skip
 
 
-def programs(quick: bool = False) -> Iterator[Program]:
+def programs(quick: bool = False, only: tuple[str, ...] = ()) -> Iterator[Program]:
+    """``only``: beginnings of names, or all."""
     drive = servo.drive()
     for moves in MOVES[:3] if quick else MOVES:
+        if only and not f"servo_drive_{moves}".startswith(only):
+            continue
         extension = "zero_order" if moves == 1 else "first_order"
         problem = tracking_problem(drive, trajectory=moves, extension=extension)
         yield _driven(moves, problem.qp, servo.parameters(drive, problem))
-    yield _integrated(3 if quick else 5)
+    horizon = 3 if quick else 5
+    if not only or f"double_integrator_{horizon}".startswith(only):
+        yield _integrated(horizon)
 
 
 def _driven(moves: int, qp: ParametricQP, loop: Array) -> Program:

@@ -3,11 +3,12 @@ them as it counts the rest, without Python."""
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-
 
 from qp.counted import HERE, Measured, PeerFailed, compile_peer, counted_peer, run
 from qp.sdist import sdist
@@ -97,20 +98,35 @@ def quadprog(sequence: Sequence, part: slice, folder: Path) -> Measured:
     return counted_peer(QUADPROG, program, sequence, part)
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what C++ writes to standard output."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
 def qpoases(sequence: Sequence, part: slice, folder: Path) -> Measured:
-    """The library as CasADi's package has compiled it, through CasADi's C interface: the package has
-    no headers of qpOASES."""
+    """As CasADi's package has compiled it, through CasADi's C interface: its headers are not in
+    that package."""
     place = casadi_folder()
     import casadi as ca
 
     n = sequence.variables
-    solver = ca.conic(
-        "solver", "qpoases",
-        {"h": ca.Sparsity.dense(n, n), "a": ca.DM(sequence.rows).sparsity()},
-        {"printLevel": "none", "hessian_type": "posdef"},
-    )  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)
-    solver.save(str(folder / "solver.casadi"))
+    with _quiet():  # it greets
+        solver = ca.conic(
+            "solver", "qpoases",
+            {"h": ca.Sparsity.dense(n, n), "a": ca.DM(sequence.rows).sparsity()},
+            {"printLevel": "none", "hessian_type": "posdef"},
+        )  # fmt: skip
+        solver.save(str(folder / "solver.casadi"))
     extra = (f"-L{place}", f"-Wl,-rpath,{place}", "-lcasadi", "-Wl,--no-as-needed")
     program = _built("qpoases_peer.c", folder, (place / "include",), extra)
     return counted_peer(QPOASES, program, sequence, part, sized=False)
@@ -122,8 +138,8 @@ def tinympc(sequence: Sequence, part: slice, folder: Path) -> Measured:
     stated = sequence.stated
     if stated is None:
         raise PeerFailed(
-            "cannot state it: takes boxes on states and inputs, and a last weight that comes of its "
-            "penalty rho"
+            "cannot state it: wants boxes on states and inputs, and a last weight that follows "
+            "from its penalty rho"
         )
     core = sdist("tinympc", folder.parent, TINYMPC_VERSION) / "tinympc" / "TinyMPC"
     sources = tuple(core / "src" / "tinympc" / f"{name}.cpp" for name in ("admm", "tiny_api"))

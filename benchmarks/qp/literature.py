@@ -11,7 +11,6 @@ from scipy.linalg import expm, solve_discrete_are
 
 from qp.sequence import FAR, Array, Sequence, Stated, solve_reference
 
-
 # State and input of rest at a sample.
 Target = Callable[[int], tuple[Array, Array]]
 
@@ -182,6 +181,14 @@ def steady(plant: Plant, outputs: Array, wanted: Array) -> tuple[Array, Array]:
 # Penalties of TinyMPC, of those tried (powers of ten) the ones with which it needs the fewest
 # iterations.
 RHO = {"double_integrator": 1.0, "masses": 1.0}
+
+
+def names(boxes: bool) -> tuple[str, ...]:
+    """Of the sequences of ``all_loops``."""
+    plain = ("double_integrator_30", "afti16_10", "quadruple_tank_15", "masses_10")
+    if not boxes:
+        return plain
+    return tuple(f"boxes_{name}" for name in plain if name.rpartition("_")[0] in RHO)
 
 
 def all_loops(steps: int, boxes: bool = False) -> list[Sequence]:

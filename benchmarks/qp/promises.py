@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,11 @@ class Promise:
         return (
             f"{'kept  ' if self.kept else 'BROKEN'}  {self.told}: {found}, at most {self.limit:g}"
         )
+
+
+def as_rows(made: Iterable[Promise]) -> list[dict[str, object]]:
+    """For JSON."""
+    return [{"promise": p.told, "limit": p.limit, "found": p.found, "kept": p.kept} for p in made]
 
 
 Results = Mapping[str, Mapping[str, Measured]]

@@ -67,7 +67,7 @@ def closed_loop(moves: int) -> Sequence:
     count = len(theta)
     return Sequence(
         name=f"servo_drive_{moves}",
-        source=f"closed loops of the bundled servo drive, H_u = H_t = {moves}, in units of the limit",
+        source=f"closed loops of the bundled servo drive, H_u = H_t = {moves}",
         hessian=qp.hessian * np.outer(limit, limit) / _size(qp.hessian, limit),
         rows=np.eye(moves),
         linear=(theta @ qp.linear.T + qp.constant) * limit / _size(qp.hessian, limit),

@@ -1,5 +1,6 @@
 /* qpOASES as CasADi's library brings it, through CasADi's C interface: a function "solver" (of
-   ca.conic) in the file solver.casadi. Warm from its last working set. */
+   ca.conic) in the file solver.casadi. Warm from its last working set, the first time from that of
+   the same program. */
 #include <stdlib.h>
 #include "casadi/casadi_c.h"
 #include "peer.h"
@@ -51,7 +52,8 @@ int peer_setup(const problem *p, double *f, double *low, double *high)
     given[FIRST + 1] = none + p->n;
     peer_load(p, f, low, high);
     memory = casadi_c_checkout_id(id);
-    return 0;
+    /* what it does once: others do that in their setup */
+    return casadi_c_eval_id(id, given, made, whole, work, memory);
 }
 
 void peer_load(const problem *p, double *f, double *low, double *high)
