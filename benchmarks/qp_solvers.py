@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from qp.counted import COMPILER, FLAGS, PLUS, Measured, PeerFailed
 from qp.document import qp_parts
-from qp.libraries import TINYMPC, TINYMPC_VERSION, installable
+from qp.libraries import TINYMPC, TINYMPC_VERSION, replaced_by
 from qp.peers import COUNTED, DAQP
 from qp.promises import as_rows, promises
 from qp.sequence import Sequence
@@ -129,7 +129,7 @@ def compare(output: Path, quick: bool, only: tuple[str, ...]) -> int:
         "versions": versions(),
         "flags": list(FLAGS),
         "tolerance": TOLERANCE,
-        "tinympc_package": installable("tinympc"),
+        "tinympc_would_replace": replaced_by("tinympc"),
         "sequences": told,
         "promises": as_rows(made),
     }

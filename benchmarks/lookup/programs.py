@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
+from explicit_problems import double_integrator
 from qp.sequence import Array, Sequence, two_sided
 
 from qp import servo
 from servogen.qp.parametric import ParametricQP, parameter_box
 from servogen.qp.parametric_solver import ParametricSolver
 from servogen.systems.servo_drive import tracking_problem
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "explicit"))
-
-from explicit_problems import double_integrator
 
 MOVES = (1, 2, 3, 4, 5)
 # Parameters drawn at random beside those of the closed loops, so that all regions are met.

@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from qp.peers import DAQP
+from qp.timed import BASE
+
 Told = Mapping[str, Any]
 # Sequences whose tables are shown whole.
 SHOWN = ("qp_mpc20b", "tight_0.02", "boxes_masses_10")
@@ -83,8 +86,16 @@ def _versions(told: Told) -> str:
     minutes = told["seconds"] / 60.0
     return (
         f"{told_of['gcc']}; {told_of['machine']}, {told_of['valgrind']}; {packages}. "
-        f"The run took {minutes:.0f} minutes. Instructions; microseconds where a library is timed."
+        f"{_tinympc(told)}The run took {minutes:.0f} minutes. Instructions; microseconds where a "
+        "library is timed."
     )
+
+
+def _tinympc(told: Told) -> str:
+    replaced = told["tinympc_would_replace"]
+    if not replaced:
+        return ""
+    return f"TinyMPC's package would replace {replaced} here: its sources are compiled instead. "
 
 
 def _sequences(sequences: Iterable[Told]) -> str:
@@ -136,7 +147,7 @@ def _solvers(sequences: Iterable[Told], unit: str) -> list[str]:
     found: dict[str, None] = {}
     for s in sequences:
         for name, row in s["solvers"].items():
-            if row.get("unit") == unit and row.get("median_by_daqp") != 1.0:
+            if row.get("unit") == unit and name not in (DAQP, BASE):
                 found[name] = None
     return list(found)
 
@@ -169,9 +180,8 @@ def _times(sequences: list[Told]) -> str:
     libraries = _solvers(sequences, "seconds")
     rows = []
     for s in sequences:
-        own = [name for name, row in s["solvers"].items() if row.get("median_by_daqp") == 1.0]
-        base = [s["solvers"][name]["median_us"] for name in own]
-        words = [f"{base[0]:.2f} us" if base and base[0] is not None else "-"]
+        base = s["solvers"].get(DAQP, {}).get("median_us")
+        words = ["-" if base is None else f"{base:.2f} us"]
         words += [_share(s["solvers"][name], "time_by_daqp") for name in solvers]
         words += [_share(s["solvers"][name], "median_by_daqp") for name in libraries]
         rows.append((s["name"], *words))

@@ -3,6 +3,8 @@ them as it counts the rest, without Python."""
 
 from __future__ import annotations
 
+import importlib.metadata
+import json
 import os
 import sys
 from collections.abc import Iterable, Iterator
@@ -157,14 +159,29 @@ def tinympc(sequence: Sequence, part: slice, folder: Path) -> Measured:
     return reaching(measure, (1e-9, 1e-10))
 
 
-def installable(name: str) -> str:
-    """What the index's own package would say here: its reason, or empty."""
+def replaced_by(package: str) -> str:
+    """What the installation of a package would replace here, "NumPy 2.4 by 1.26" and so on; empty
+    where nothing, or why it cannot be told."""
     try:
-        run(
-            [sys.executable, "-m", "pip", "install", "--dry-run", "--quiet",
-             "--disable-pip-version-check", name],
+        told = run(
+            [sys.executable, "-m", "pip", "install", "--dry-run", "--quiet", "--report", "-",
+             "--disable-pip-version-check", package],
             Path.cwd(),
         )  # fmt: skip
     except PeerFailed as why:
-        return str(why)
-    return ""
+        return f"cannot be told: {why}"
+    return ", ".join(replacements(told))
+
+
+def replacements(report: str) -> list[str]:
+    """Of a report of pip: packages that are here in another version."""
+    found = []
+    for each in json.loads(report)["install"]:
+        name, version = each["metadata"]["name"], each["metadata"]["version"]
+        try:
+            here = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+        if here != version:
+            found.append(f"{name} {here} by {version}")
+    return found

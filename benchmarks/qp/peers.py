@@ -69,7 +69,7 @@ def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
     """servogen's active-set method, rows as outputs of a plant."""
     plant = sequence.plant
     if plant is None:
-        raise PeerFailed("cannot state it: stage rows are those of a plant with one input")
+        raise PeerFailed("cannot state it: no plant given whose outputs all rows are")
     own = stage_rows(plant.stage, plant.terminal, sequence.variables, plant.limited, DOUBLE.dtype)
     tables = active_set_tables(sequence.hessian, sequence.rows, own, TOLERANCE, CAP, DOUBLE)
     design = QpSolverDesign("sgq", DOUBLE, tables, np.ones(sequence.count))
