@@ -131,7 +131,15 @@ def plot(told: list[dict[str, Any]], path: Path) -> None:
         template="plotly_white", width=900, height=560,
         title="First move of the servo drive: servogen (full), others (dashed)",
     )  # fmt: skip
-    write(figure.to_html(include_plotlyjs=True, full_html=True, div_id="lookups"), path)
+    write(
+        figure.to_html(
+            include_plotlyjs=True,
+            full_html=True,
+            div_id="lookups",
+            config={"displayModeBar": False},
+        ),
+        path,
+    )
 
 
 def main() -> int:

@@ -158,7 +158,12 @@ def plot(lines: Mapping[str, list[tuple[int, float, float]]], path: Path) -> Non
         template="plotly_white", width=900, height=560,
         title="Maximum (full), median (dotted); of those around the largest working set where slow",
     )  # fmt: skip
-    write(figure.to_html(include_plotlyjs=True, full_html=True, div_id="growth"), path)
+    write(
+        figure.to_html(
+            include_plotlyjs=True, full_html=True, div_id="growth", config={"displayModeBar": False}
+        ),
+        path,
+    )
 
 
 def write(text: str, path: Path) -> None:
