@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,8 @@ import qp_solvers
 from qp.counted import Measured, PeerFailed
 from qp.document import DocumentError, qp_parts, rewritten, whole
 from qp.libraries import replacements
-from qp.literature import all_loops
-from qp.sequence import two_sided, with_optima
+from qp.literature import all_loops, closed_loop, steady, tanks
+from qp.sequence import Sequence, two_sided, with_optima
 from qp.suite import Missing, suite
 from qp.told import as_json, write
 from qp.tolerance import reaching
@@ -35,10 +36,19 @@ def test_rows_find_their_opposites() -> None:
         two_sided(rows[:-1])
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_the_boxes_stated_are_the_condensed_program(number: int) -> None:
+def filled() -> Sequence:
+    """Tanks brought to levels that are not those around which their limits lie."""
+    tank = tanks()
+    rest = steady(tank, np.eye(4)[:2], np.array([2.0, -1.5]))
+    return closed_loop(tank, 5, 60, lambda t: rest, np.zeros((60, 1)), rho=1.0)
+
+
+@pytest.mark.parametrize(
+    "make", [filled, lambda: all_loops(60, boxes=True)[0], lambda: all_loops(60, boxes=True)[1]]
+)
+def test_the_boxes_stated_are_the_condensed_program(make: Callable[[], Sequence]) -> None:
     """Its cost is that of the states that the plant runs through, its rows are the boxes."""
-    loop = all_loops(60, boxes=True)[number]
+    loop = make()
     own = loop.stated
     assert own is not None
     rng = np.random.default_rng(4)
@@ -46,23 +56,26 @@ def test_the_boxes_stated_are_the_condensed_program(number: int) -> None:
     both = solve_discrete_are(own.a, own.b, np.diag(own.q + own.rho), np.diag(own.r + own.rho))
     last = both - own.rho * np.eye(n)
     for t in (0, 55):
-        told, run, inside, kept = [], [], [], []
+        told, run, room = [], [], []
         for _ in range(2):
             z = 0.3 * rng.normal(size=loop.variables)
             told.append(0.5 * z @ loop.hessian @ z + loop.linear[t] @ z)
             at = loop.rows @ z
-            inside.append(bool(np.all((at <= loop.high[t]) & (at >= loop.low[t]))))
-            x, cost, well = own.start[t], 0.0, True
-            for k, u in enumerate(z.reshape(-1, p)):
+            scale = (own.input_high[t] - own.input_low[t]) / 2.0
+            rest = (own.input_high[t] + own.input_low[t]) / -2.0
+            x, cost, rows = own.start[t], 0.0, []
+            for k, u in enumerate(z.reshape(-1, p) - rest):
                 x = own.a @ x + own.b @ u
                 weight = last if k == loop.horizon - 1 else np.diag(own.q)
                 cost += 0.5 * (x @ weight @ x + u @ np.diag(own.r) @ u)
-                well &= bool(np.all((x <= own.state_high[t]) & (x >= own.state_low[t])))
-                well &= bool(np.all((u <= own.input_high[t]) & (u >= own.input_low[t])))
+                limited = own.state_high[t] < 1e9
+                size = (own.state_high[t] - own.state_low[t])[limited] / 2.0
+                rows += [*((own.input_high[t] - u) / scale)]
+                rows += [*((own.state_high[t] - x)[limited] / size)]
             run.append(cost)
-            kept.append(well)
+            room.append(np.max(np.abs(np.array(rows) - (loop.high[t] - at))))
         assert told[0] - told[1] == pytest.approx(run[0] - run[1], rel=1e-8)
-        assert inside == kept
+        assert max(room) <= 1e-9
 
 
 def test_the_servo_drives_programs_are_those_of_its_loop() -> None:
