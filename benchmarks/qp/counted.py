@@ -77,7 +77,7 @@ def run(words: Iterable[str | Path], folder: Path, limit_s: float = LIMIT_S) -> 
             command, cwd=folder, capture_output=True, text=True, timeout=limit_s, check=False
         )
     except subprocess.TimeoutExpired as slow:
-        raise PeerFailed(f"stopped after {limit_s:.0f} s under callgrind") from slow
+        raise PeerFailed(f"{Path(command[0]).name}: stopped after {limit_s:.0f} s") from slow
     except OSError as missing:
         raise PeerFailed(f"{command[0]}: {missing}") from missing
     if done.returncode != 0:
