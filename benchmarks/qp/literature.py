@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
-from qp.sequence import FAR, Array, Sequence, Stated, solve_reference
+from qp.sequence import FAR, Array, Sequence, StagePlant, Stated, solve_reference
 
 # State and input of rest at a sample.
 Target = Callable[[int], tuple[Array, Array]]
@@ -153,7 +153,7 @@ def closed_loop(
         name, stated = f"boxes_{name}", _stated(plant, rho, rests)
     return Sequence(
         name, plant.source, hessian, written, linear, low, high,
-        per_step=p + len(c), staying=0, stated=stated,
+        per_step=p + len(c), staying=0, plant=behind(plant), stated=stated,
     )  # fmt: skip
 
 
@@ -167,6 +167,25 @@ def _stated(plant: Plant, rho: float, rests: list[tuple[Array, Array, Array]]) -
     return Stated(
         plant.a, plant.b, np.diag(plant.q), np.diag(plant.r), rho, x - level, -limit - level,
         limit - level, -plant.input_limit - rest, plant.input_limit - rest,
+    )  # fmt: skip
+
+
+def behind(plant: Plant) -> StagePlant:
+    """The plant behind the rows; every limited output is a state, which comes first and is measured
+    by its limit, and states that no output feels are left out."""
+    seen = np.any(plant.c != 0.0, axis=0)
+    for _ in seen:
+        seen = seen | np.any(plant.a[seen] != 0.0, axis=0)
+    first = np.argmax(np.abs(plant.c), axis=1)
+    assert np.all(np.count_nonzero(plant.c, axis=1) == 1)
+    order = [*first, *(i for i in np.flatnonzero(seen) if i not in first)]
+    unit = np.ones(len(order))
+    unit[: len(first)] = plant.output_limit / plant.c[np.arange(len(first)), first]
+    moved = plant.a[np.ix_(order, order)] * unit / unit[:, None]
+    stage = np.hstack([moved, plant.b[order] / unit[:, None]])
+    return StagePlant(
+        stage, np.zeros((0, len(order))), len(first), plant.b.shape[1],
+        bounds=1.0 / plant.input_limit,
     )  # fmt: skip
 
 

@@ -37,14 +37,13 @@ from qp.tolerance import TOLERANCE, reaching
 from servogen.controllers.qp_solver_design import (
     QpSolverDesign,
     declare_qp_solver,
+    design_plant_qp_solver,
     design_qp_solver,
 )
 from servogen.emit.literals import real_literal
 from servogen.emit.package import emit_package
 from servogen.precision import PRECISIONS
-from servogen.qp.dual_active_set import active_set_tables
 from servogen.qp.pqp import pqp_tables
-from servogen.qp.row_tables import stage_rows
 from servogen.qp.tolerances import tolerances
 from servogen.resources import resource_dir
 
@@ -69,20 +68,21 @@ def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
     """servogen's active-set method, rows as outputs of a plant."""
     plant = sequence.plant
     if plant is None:
-        raise PeerFailed("cannot state it: no plant given whose outputs all rows are")
-    own = stage_rows(plant.stage, plant.terminal, sequence.variables, plant.limited, DOUBLE.dtype)
-    tables = active_set_tables(sequence.hessian, sequence.rows, own, TOLERANCE, CAP, DOUBLE)
-    design = QpSolverDesign("sgq", DOUBLE, tables, np.ones(sequence.count))
+        raise PeerFailed("cannot state it: the sequence has no plant")
+    rows = plant.rows(sequence.variables)
+    design = design_plant_qp_solver("sgq", DOUBLE, sequence.hessian, rows, CAP, TOLERANCE)
     return _active_set(design, STAGES, sequence, part, folder)
 
 
 def columns(sequence: Sequence, part: slice, folder: Path) -> Measured:
-    """servogen's active-set method, rows as columns."""
+    """servogen's active-set method, rows as columns; bounds of single variables as such."""
+    given, bounds = simple_bounds_first(sequence)
+    inputs = sequence.plant.inputs if sequence.plant is not None and bounds else 0
     design = design_qp_solver(
-        "sgq", DOUBLE, sequence.hessian, sequence.rows, CAP, TOLERANCE, sequence.per_step,
-        sequence.staying,
+        "sgq", DOUBLE, given.hessian, given.rows, CAP, TOLERANCE, sequence.per_step - inputs,
+        sequence.staying, bounds, inputs,
     )  # fmt: skip
-    return _active_set(design, COLUMNS, sequence, part, folder)
+    return _active_set(design, COLUMNS, given, part, folder)
 
 
 def pqp(sequence: Sequence, part: slice, folder: Path) -> Measured:
@@ -125,15 +125,14 @@ def _pqp(sequence: Sequence, part: slice, folder: Path, gap: float) -> Measured:
 
 
 def simple_bounds_first(sequence: Sequence) -> tuple[Sequence, int]:
-    """The rows that are single variables first and in their order, if every variable has one: they
-    are bounds to DAQP and get scaled to be."""
-    alone = np.count_nonzero(sequence.rows, axis=1) == 1
-    places = np.flatnonzero(alone)
+    """The first row of every variable that is it alone, in their order, if every one has such a
+    row: they are bounds to DAQP and get scaled to be."""
+    alone = np.flatnonzero(np.count_nonzero(sequence.rows, axis=1) == 1)
     n = sequence.variables
-    which = np.argmax(np.abs(sequence.rows[places]), axis=1)
-    if len(places) != n or sorted(which) != list(range(n)):
+    which, first = np.unique(np.argmax(np.abs(sequence.rows[alone]), axis=1), return_index=True)
+    if len(which) != n:
         return sequence, 0
-    order = np.concatenate([places[np.argsort(which)], np.flatnonzero(~alone)])
+    order = np.concatenate([alone[first], np.delete(np.arange(sequence.count), alone[first])])
     unit = np.ones(sequence.count)
     unit[:n] = sequence.rows[order[:n], np.arange(n)]
     kept = {name: getattr(sequence, name) for name in sequence.__dataclass_fields__}

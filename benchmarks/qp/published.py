@@ -79,9 +79,10 @@ def plant_of(rows: Array) -> StagePlant:
     response = responses(rows)
     three = response[:STATES]
     phi = np.linalg.lstsq(three[:, :-1].T, three[:, 1:].T, rcond=None)[0].T
-    stage = np.zeros((PER_STEP, STATES + 1))
-    stage[:STATES, :STATES], stage[:STATES, STATES] = phi, three[:, 0]
-    stage[STATES] = response[3, 0] / response[0, 0] * stage[0]
+    stage = np.column_stack([phi, three[:, 0]])
+    # the tracking error's row is the position's by another limit
+    outer = np.zeros((1, STATES + 1))
+    outer[0, 0] = response[3, 0] / response[0, 0]
     last = rows[PER_STEP * HORIZON :, ::-1]
     terminal = np.linalg.lstsq(three.T, last.T, rcond=None)[0].T
-    return StagePlant(stage, terminal, STATES)
+    return StagePlant(stage, terminal, STATES, outer=outer)

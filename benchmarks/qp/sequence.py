@@ -9,6 +9,8 @@ import daqp
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
+from servogen.qp.row_tables import StageRows, stage_rows
+
 Array = np.ndarray
 # A reference optimum misses its conditions by no more than this share of the sizes met.
 REFERENCE = 1e-10
@@ -17,11 +19,20 @@ FAR = 1e17  # a bound that is none
 
 @dataclass(frozen=True)
 class StagePlant:
-    """The plant behind the rows; see ``servogen.qp.row_tables.StageRows``."""
+    """The plant behind the rows; see ``servogen.qp.row_tables.stage_rows``."""
 
     stage: Array
     terminal: Array
     limited: int
+    inputs: int = 1
+    outer: Array | None = None
+    bounds: Array | None = None
+
+    def rows(self, variables: int) -> StageRows:
+        return stage_rows(
+            self.stage, self.terminal, variables // self.inputs, self.limited, np.dtype(float),
+            self.inputs, self.outer, self.bounds,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,6 @@ from qp.promises import promises
 from qp.published import HORIZON, unpack
 from qp.sequence import Sequence, with_optima
 
-from servogen.qp.row_tables import stage_rows
-
 
 def measured(cost: list[float], error: float = 0.0) -> Measured:
     size = len(cost)
@@ -69,7 +67,7 @@ def test_the_kept_sequence_has_the_plant_it_is_given() -> None:
     assert (sequence.length, sequence.variables, sequence.count) == (1698, 20, 83)
     plant = sequence.plant
     assert plant is not None
-    rows = stage_rows(plant.stage, plant.terminal, HORIZON, plant.limited, np.dtype(float))
+    rows = plant.rows(HORIZON)
     z = np.random.default_rng(3).normal(size=HORIZON)
     assert np.allclose(rows.product(z), sequence.rows @ z, rtol=0.0, atol=1e-11)
 

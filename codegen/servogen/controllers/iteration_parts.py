@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servogen.controllers.design import Constant, Dimension, StateField, Table
+from servogen.precision import FloatArray
 from servogen.qp.condense import CondensedQp
 from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.qp.pqp import PqpTables
@@ -87,72 +88,128 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationPa
     )
 
 
-def active_set_parts(tables: ActiveSetTables) -> IterationParts:
+def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> IterationParts:
     """Of the dual active-set method on rows of either kind.
 
     The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP, ROWS_PER_STEP,
-    TERMINAL_ROWS and, with rows of a plant, ORDER.
+    TERMINAL_ROWS and, with rows of a plant, ORDER. ``scaled``: it declares a table ``scale`` too,
+    which the bounds it hands over are to be multiplied with.
     """
     rows = tables.rows
     n = rows.variables
-    stride = 4 * -(-n // 4)
+    lines = sum(4 * (j // 4) + 4 for j in range(n))
     assert isinstance(rows, StageRows | ColumnRows)
     own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows)
     return IterationParts(
         told="dual active-set method",
         dimensions=(
             Dimension("VARIABLES", n, "of the program"),
-            Dimension("STRIDE", stride, "of a line of L: whole blocks of four"),
-            Dimension("FACTOR", stride * (n + 1), "L of the working set, and the row that enters"),
-            Dimension("VECTORS", n * stride, "H^-1 a of the working set"),
+            Dimension("FACTOR", lines + n, "L of the working set, and the row that enters"),
+            *([Dimension("VECTORS", n * n, "H^-1 a of the working set")] if tables.stores else []),
             Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
             *own.dimensions,
         ),
         constants=(
-            Constant("dependent", float(tables.dependent), "of norm^2: pivots that are rounding"),
+            Constant("dependent", float(tables.dependent), "of a'H^-1 a: pivots that are rounding"),
             Constant("falls", float(tables.falls), "of its norm: a row falls with another one"),
         ),
         tables=(
             Table("minus_inverse", -tables.inverse, "-H^-1: the unconstrained optimum on f"),
-            Table("norm", tables.norm, "square root of a'H^-1 a of every row"),
             *own.tables,
         ),
         state=(
             StateField("dual", "multipliers of the working set", "VARIABLES"),
             StateField("missed", "what its rows miss of their bounds", "VARIABLES"),
             StateField("pivots", "1 / D", "VARIABLES"),
-            StateField("factor", "L", "FACTOR"),
-            StateField("vectors", "H^-1 a", "VECTORS"),
+            StateField("square", "a'H^-1 a", "VARIABLES"),
+            StateField("factor", "L below its diagonal, four lines of equal length each", "FACTOR"),
+            *([StateField("vectors", "H^-1 a", "VECTORS")] if tables.stores else []),
             StateField("row", "rows of the working set", "VARIABLES", type="int32_t"),
             StateField("side", "1 upper, -1 lower", "VARIABLES", type="int32_t"),
-            StateField("slot", "where their vectors are", "VARIABLES", type="int32_t"),
+            *(
+                [StateField("slot", "where their vectors are", "VARIABLES", type="int32_t")]
+                if tables.stores
+                else []
+            ),
             StateField("size", "rows in the working set", type="int32_t"),
         ),
-        facts={"active_set": True, "stages": isinstance(rows, StageRows)},
+        facts={"active_set": True, "scaled": scaled, "stores": tables.stores, **own.facts},
     )
 
 
 def _stages(rows: StageRows) -> IterationParts:
-    responses = np.vstack([rows.impulse, rows.terminal_rows[:, ::-1]])
+    responses = np.vstack([rows.impulse, rows.terminal_rows])
+    n = rows.order
+    coefficients: list[float] = []
+
+    def terms(matrix: FloatArray, state: str) -> list[list[tuple[int, str]]]:
+        """Of every output, where its coefficients that are not zero are, and of what; -1: one."""
+        found = []
+        names = [f"{state}{j}" for j in range(n)] + [f"u{j}" for j in range(rows.inputs)]
+        for line in matrix.astype(np.float64):
+            own = []
+            for value, name in zip(line, names, strict=True):
+                if value == 1.0:
+                    own.append((-1, name))
+                elif value != 0.0:
+                    own.append((len(coefficients), name))
+                    coefficients.append(float(value))
+            found.append(own)
+        return found
+
+    bounds = terms(np.hstack([np.zeros((rows.bounds.size, n)), _diagonal(rows)]), "x")
+    plant = {
+        "bounds": bounds,
+        "stage": terms(rows.stage, "x"),
+        "inner": terms(rows.inner, "x"),
+        "outer": terms(rows.outer, "y"),
+    }
     return IterationParts(
         told="",
         dimensions=(
-            Dimension("STAGE_OUTPUTS", rows.stage.shape[0], "next state and further rows"),
+            Dimension("STEPS", rows.steps, "of the horizon"),
+            Dimension("INPUTS", rows.inputs, "variables of one step"),
+            Dimension("BOUNDS", rows.bounds.size, "rows of a step that are its variables"),
             Dimension("LIMITED", rows.limited, "states that are rows"),
         ),
         tables=(
-            Table("stage_columns", rows.stage.T, "one step of the plant behind A, transposed"),
+            Table("plant", np.array(coefficients), "one step of the plant behind A, line by line"),
             Table("terminal_columns", rows.terminal.T, "terminal rows, transposed"),
-            Table("responses", responses, "of the rows to an input, by delay"),
+            Table("responses", responses, "of the rows to the inputs before, from the last one on"),
+            Table("bound_factors", rows.bounds, "of the variables, as rows"),
         ),
+        facts={"stages": True, "plant": plant},
     )
 
 
+def _diagonal(rows: StageRows) -> FloatArray:
+    """(bounds, inputs)."""
+    wide = np.zeros((rows.bounds.size, rows.inputs))
+    np.fill_diagonal(wide, rows.bounds)
+    return wide
+
+
 def _columns(rows: ColumnRows) -> IterationParts:
+    n, dense = rows.columns.shape
+    starts = [*range(0, n - n % 4, 4), *range(n - n % 4, n)]
+    ends = [*starts[1:], n]
+    # four columns side by side share one pass over the rows, from the first one's beginning on
+    packed = [
+        rows.columns[start:end, rows.first[start] :].ravel()
+        for start, end in zip(starts, ends, strict=True)
+    ]
+    first = np.array([rows.first[start] for start in starts])
     return IterationParts(
         told="",
-        tables=(
-            Table("columns", rows.columns, "A, transposed"),
-            Table("first", np.array(rows.first), "where a column begins", integer=True),
+        dimensions=(
+            Dimension("BOUNDS", rows.bounds.size, "rows that are variables, the first ones"),
+            Dimension("OTHERS", dense, "rows that are not"),
+            Dimension("INPUTS", rows.inputs, "variables of one step"),
         ),
+        tables=(
+            Table("columns", np.concatenate(packed), "their columns, four at a time"),
+            Table("first", first, "where these begin", integer=True),
+            Table("bound_factors", rows.bounds, "of the variables, as rows"),
+        ),
+        facts={"stages": False, "first": [int(i) for i in first]},
     )

@@ -19,10 +19,12 @@ from servogen.controllers.design import (
 from servogen.controllers.iteration_parts import active_set_parts
 from servogen.precision import FloatArray, Precision
 from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
+from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
+from servogen.qp.tolerances import CONVEXITY
 
-# No input is beyond it, so that the square of a sum of them stays a number; a bound that is not
-# there is this far out.
+# No input is beyond it, so that the square of a sum of them stays a number. For a bound that is not
+# there a millionth of it is far enough, and is seen to be in range without a look at every input.
 LARGEST = {"float64": 1e100, "float32": 1e12}
 
 
@@ -49,6 +51,8 @@ def design_qp_solver(
     accept: float,
     per_step: int = 0,
     staying: int = 0,
+    bounds: int = 0,
+    inputs: int = 0,
 ) -> QpSolverDesign:
     """A program with any rows.
 
@@ -58,15 +62,60 @@ def design_qp_solver(
     Args:
         hessian: (N, N), positive definite; rows: (m, N), none zero.
         cap: iterations. accept: violation accepted, of scaled rows.
-        per_step, staying: see ``ColumnRows``.
+        bounds: so many of the first rows bound variable 0, 1, ... by itself.
+        per_step, staying, inputs: see ``ColumnRows``.
+
+    Raises:
+        ProgramError: H is not positive definite; of its eigenvalues with a unit diagonal the
+            smallest must be ``CONVEXITY`` of the largest.
+        ValueError: one of the first ``bounds`` rows is another one.
     """
-    unit = 1.0 / np.sqrt(np.diag(hessian))
+    unit = _unit(hessian)
     solved = np.linalg.solve(hessian * np.outer(unit, unit), (rows * unit).T).T
     norm = np.sqrt(np.einsum("ij,ij->i", rows * unit, solved))
     written = rows / norm[:, None]
-    own = column_rows(written, precision.dtype, per_step, staying)
+    own = column_rows(written, precision.dtype, per_step, staying, bounds, inputs)
     tables = active_set_tables(hessian, written, own, accept, cap, precision)
     return QpSolverDesign(prefix, precision, tables, cast(1.0 / norm, precision))
+
+
+def design_plant_qp_solver(
+    prefix: str,
+    precision: Precision,
+    hessian: FloatArray,
+    rows: StageRows,
+    cap: int,
+    accept: float,
+) -> QpSolverDesign:
+    """A program whose rows are a plant's, made by ``stage_rows``; none is scaled.
+
+    Args:
+        hessian: (N, N), positive definite.
+        cap: iterations. accept: violation accepted.
+
+    Raises:
+        ProgramError: as ``design_qp_solver``.
+    """
+    _unit(hessian)
+    written = np.zeros((rows.count, rows.variables))
+    for i in range(rows.count):
+        own = rows.row(i)
+        written[i, : own.size] = own
+    tables = active_set_tables(hessian, written, rows, accept, cap, precision)
+    return QpSolverDesign(prefix, precision, tables, cast(np.ones(rows.count), precision))
+
+
+def _unit(hessian: FloatArray) -> FloatArray:
+    """(N,): the units in which the diagonal of H is one."""
+    diagonal = np.diag(hessian)
+    if not np.all(diagonal > 0.0):
+        raise ProgramError("hessian", None, "a positive diagonal")
+    unit: FloatArray = 1.0 / np.sqrt(diagonal)
+    values = np.linalg.eigvalsh(hessian * np.outer(unit, unit))
+    if not values[0] > CONVEXITY * values[-1]:
+        share = f"of smallest eigenvalue {values[0] / values[-1]:.1e} of the largest"
+        raise ProgramError("hessian", share, f"a positive definite matrix, {CONVEXITY:g} at least")
+    return unit
 
 
 def declare_qp_solver(design: QpSolverDesign) -> Declaration:
@@ -74,7 +123,7 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
     t, rows = design.tables, design.tables.rows
     n, m, far = rows.variables, rows.count, LARGEST[design.precision.name]
     scaled = bool(np.any(design.scale != 1.0))
-    parts = active_set_parts(t)
+    parts = active_set_parts(t, scaled)
     rest: tuple[StateField, ...] = ()
     if isinstance(rows, StageRows):
         rest = (StateField("start", "the plant behind the rows is at rest", "ORDER"),)
@@ -115,10 +164,6 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
             StateField("free", "unconstrained optimum", "VARIABLES"),
             StateField("rows", "A z", "ROWS"),
             StateField("z", "the last answer", "VARIABLES"),
-            *(
-                StateField(name, "bounds of the scaled rows", "ROWS")
-                for name in (("below", "above") if scaled else ())
-            ),
             StateField("ready", "1 after reset", type="int32_t"),
         ),
         operations=(
@@ -137,5 +182,5 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
                 ),
             ),
         ),
-        facts={**parts.facts, "scaled": scaled},
+        facts=parts.facts,
     )

@@ -11,6 +11,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
+    the optimum is computed once more if rounding has left a row of W inside its bound by more than
+    ``accept``;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
     along S r = c, until one of them vanishes and leaves. If none falls, no z keeps all rows.
 
@@ -39,12 +41,16 @@ class ActiveSetTables:
     Attributes:
         inverse: (N, N) H^-1.
         rows: A.
-        norm: (m,) square root of a'H^-1 a of every row.
-        dependent: share of norm^2 at or below which what the working set leaves of a row is taken
-            for rounding.
+        norm: (m,) square root of a'H^-1 a of every row, for who judges the method from outside;
+            it computes the squares of the rows that it meets.
+        dependent: share of a'H^-1 a at or below which what the working set leaves of a row is
+            taken for rounding.
         falls: share of its norm by which a row must hold another one to fall with it.
         accept: violation of a bound that is accepted.
         cap: iterations.
+        stores: whether H^-1 a of the rows of the set is kept. Where half of the rows bound single
+            variables it is not worth its N^2 numbers: z is one product with H^-1 away from the
+            multipliers.
         keep: a working set of at least so many rows stays as it is at the next call, factor and
             all; a smaller one is shifted by one sample and factored anew.
     """
@@ -56,6 +62,7 @@ class ActiveSetTables:
     falls: np.floating
     accept: np.floating
     cap: int
+    stores: bool
     keep: int
 
 
@@ -89,6 +96,8 @@ def active_set_tables(
         falls=real(FALLS[precision.name]),
         accept=real(accept),
         cap=cap,
+        stores=2 * sum(rows.begin(i) + 1 == rows.row(i).size for i in range(rows.count))
+        < rows.count,
         keep=max(1, rows.variables // 2),
     )
 
@@ -100,7 +109,7 @@ class WorkingSet:
     Attributes:
         size: q, rows in the set. row, side: (N,) which, and 1 for the upper side, -1 the lower.
         factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters.
-        pivots: (N,) 1 / D.
+        pivots: (N,) 1 / D. square: (N,) a'H^-1 a.
         vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
         slot: (N,) where a row of the set has its vector; the rest are free.
         dual: (N,) multipliers.
@@ -112,6 +121,7 @@ class WorkingSet:
     slot: list[int]
     factor: FloatArray
     pivots: FloatArray
+    square: FloatArray
     vectors: FloatArray
     dual: FloatArray
 
@@ -121,15 +131,16 @@ def empty_set(tables: ActiveSetTables) -> WorkingSet:
     n, real = tables.rows.variables, tables.inverse.dtype
     return WorkingSet(
         0, [0] * n, [1] * n, list(range(n)),
-        np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros((n, n), real), np.zeros(n, real),
+        np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros(n, real), np.zeros((n, n), real),
+        np.zeros(n, real),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class ActiveSetResult:
     """``z`` (N,), the optimum if ``optimal``; ``infeasible``: a row that none of the others can
-    make room for was met; neither: the cap. ``iterations``: at most the cap; 0 where the
-    unconstrained optimum keeps all rows."""
+    make room for was met, or one whose bounds have changed places; neither: the cap.
+    ``iterations``: at most the cap; 0 where the unconstrained optimum keeps all rows."""
 
     z: FloatArray
     optimal: bool
@@ -175,6 +186,7 @@ class _Method:
         self.real = tables.inverse.dtype.type
         self.zero, self.one = self.real(0.0), self.real(1.0)
         self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
+        self.square = self.zero  # a'H^-1 a of the row that ``append`` was asked for last
 
     def worst(self, rows: FloatArray) -> tuple[int, int] | None:
         """Row and side of the largest violation beyond ``accept``; of equal ones the first row,
@@ -204,6 +216,7 @@ class _Method:
         work, z = self.work, self.free
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
+        refined = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 star = self.multipliers()
@@ -212,7 +225,7 @@ class _Method:
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = False
+                    kept = refined = False
                     continue
                 kept = False
                 work.dual[: work.size] = star
@@ -220,10 +233,17 @@ class _Method:
                 rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
                 if entering is None:
+                    self.measure(rows)
+                    if not refined and np.any(self.missed[: work.size] < -self.tables.accept):
+                        refined = True
+                        continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
+                refined = False
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
+                    if self.low[entering[0]] > self.high[entering[0]]:
+                        return ActiveSetResult(z, False, True, iteration)
                     self.measure(rows)  # what rounding left: the next step takes it away
                     entering = None
                     continue
@@ -233,7 +253,7 @@ class _Method:
                 self.missed[work.size - 1] = excess
                 entering = None
                 continue
-            gained = self.make_room(entering[0])
+            gained = self.make_room()
             if gained is None:
                 return ActiveSetResult(z, False, True, iteration)
             raised = raised + gained
@@ -286,16 +306,16 @@ class _Method:
         self.drop(place)
         return True
 
-    def make_room(self, row: int) -> np.floating | None:
-        """Raise the multiplier of a dependent row until one of the set vanishes and leaves; by how
-        much, or None where none falls."""
+    def make_room(self) -> np.floating | None:
+        """Raise the multiplier of the dependent row until one of the set vanishes and leaves; by
+        how much, or None where none falls."""
         work, q = self.work, self.work.size
         share = work.factor[q, :q].copy()
-        own = self.tables.falls * self.tables.norm[row]
+        own = (self.tables.falls * self.tables.falls) * self.square
         self.back(share)
         length, place = self.zero, -1
         for j in range(q):
-            if share[j] * self.tables.norm[work.row[j]] > own:
+            if share[j] > self.zero and (share[j] * share[j]) * work.square[j] > own:
                 here = work.dual[j] / share[j]
                 if place < 0 or here < length:
                     length, place = here, j
@@ -312,8 +332,16 @@ class _Method:
         self.remove(p)
 
     def point(self) -> FloatArray:
-        """z (N,) at the present multipliers, summed in the order of the vectors' slots."""
+        """z (N,) at the present multipliers, summed in the order of the vectors' slots
+        or, where there are none, of the set."""
         work, z = self.work, self.free
+        if not self.tables.stores:
+            pull = np.zeros_like(z)
+            for j in range(work.size):
+                own, begin = self.tables.rows.row(work.row[j]), self.tables.rows.begin(work.row[j])
+                signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
+                pull[begin : own.size] = pull[begin : own.size] + own[begin:] * signed
+            return z - matvec(self.tables.inverse, pull)
         for j in sorted(range(work.size), key=lambda j: work.slot[j]):
             signed = work.dual[j] if work.side[j] > 0 else -work.dual[j]
             z = z - work.vectors[work.slot[j]] * signed
@@ -326,8 +354,9 @@ class _Method:
         """
         work, q, rows = self.work, self.work.size, self.tables.rows
         own = rows.row(row)
-        vector = matvec(self.tables.inverse[: own.size], own)
-        pivot = dot(own, vector[: own.size])
+        part = slice(rows.begin(row), own.size)
+        vector = matvec(self.tables.inverse[part], own[part])
+        pivot = self.square = dot(own[part], vector[part])
         under = work.factor[q]
         for j in range(q):
             product = rows.dot(work.row[j], vector)
@@ -339,11 +368,10 @@ class _Method:
             scaled = under[j] * work.pivots[j]
             pivot = pivot - scaled * under[j]
             under[j] = scaled
-        least = self.tables.dependent * self.tables.norm[row] * self.tables.norm[row]
-        if q == self.free.size or not pivot > least:
+        if q == self.free.size or not pivot > self.tables.dependent * self.square:
             return False
         real = self.tables.inverse.dtype.type
-        work.pivots[q] = real(1.0) / pivot
+        work.pivots[q], work.square[q] = real(1.0) / pivot, self.square
         work.vectors[work.slot[q]] = vector
         work.row[q], work.side[q], work.dual[q] = row, side, self.zero
         work.size = q + 1
@@ -359,6 +387,7 @@ class _Method:
         for j in range(p, q - 1):
             work.row[j], work.side[j] = work.row[j + 1], work.side[j + 1]
             work.slot[j], work.dual[j] = work.slot[j + 1], work.dual[j + 1]
+            work.square[j] = work.square[j + 1]
             work.factor[j, :p] = work.factor[j + 1, :p]
             work.factor[j, p:j] = work.factor[j + 1, p + 1 : j + 1]
             below[j] = below[j + 1]

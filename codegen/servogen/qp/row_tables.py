@@ -1,9 +1,10 @@
 """The rows A of a condensed program as the emitted solver multiplies with them.
 
 Rows of a condensed MPC are outputs of a plant that starts at rest: A z is the plant driven by z.
-Running it costs N (n + outputs)(n + 1) products instead of m N, and single rows are pieces of a few
-impulse responses. Rows of any other kind are columns whose leading zeros, the causal triangle's,
-are left out.
+Running it costs a step's products at every step, those with zero left out, instead of m N, and
+single rows are pieces of a few impulse responses. Rows of any other kind are columns whose leading
+zeros, the causal triangle's, are left out. With either, a row that bounds a single variable costs
+one product.
 """
 
 from __future__ import annotations
@@ -38,6 +39,10 @@ class RowTables(Protocol):
         """Row i up to its last entry that is not zero by structure, (length,)."""
         ...
 
+    def begin(self, i: int) -> int:
+        """Where row i begins: its entries before are zero by structure."""
+        ...
+
     def dot(self, i: int, v: FloatArray) -> np.floating:
         """Row i times ``v`` (N,), from the first variable to the last."""
         ...
@@ -51,38 +56,47 @@ class RowTables(Protocol):
 class StageRows:
     """Rows of a plant that is driven by z: the same outputs at every step, then terminal ones.
 
-    At step k = 1..N, (x_k, e_k) = stage (x_{k-1}, z_{k-1}); the rows of the step are the first
-    ``limited`` entries of x_k and all of e_k; those of the end are terminal x_N.
+    z holds the inputs of step 1, then those of step 2, ... At step k, x_k = stage (x_{k-1}, u_k),
+    and the rows of the step are ``bounds`` times the first inputs of u_k, the first ``limited``
+    entries of x_k, inner (x_{k-1}, u_k) and outer (x_k, u_k); those of the end are terminal x_N.
 
     Attributes:
-        stage: (n + extra, n + 1), scaled so that its outputs are rows.
+        stage: (n, n + inputs), scaled so that its states are rows.
+        inner, outer: (any, n + inputs).
         terminal: (t, n).
-        impulse: (limited + extra, N), response of a step's rows to the input d steps before.
-        terminal_rows: (t, N), the same rows written out.
-        horizon: N. limited: how many states are rows.
+        bounds: (at most inputs,).
+        impulse: (rows of a step but for the bounds, N), responses to the inputs so many steps
+            before: those to the inputs of the same step, from the last one to the first, then
+            those to the step before, ...
+        terminal_rows: (t, N), the same of the terminal rows.
+        steps: of the horizon. limited: how many states are rows. inputs: of one step.
     """
 
     stage: FloatArray
+    inner: FloatArray
+    outer: FloatArray
     terminal: FloatArray
+    bounds: FloatArray
     impulse: FloatArray
     terminal_rows: FloatArray
-    horizon: int
+    steps: int
     limited: int
+    inputs: int
 
     @property
     def order(self) -> int:
         """n."""
-        return int(self.stage.shape[1]) - 1
+        return int(self.stage.shape[0])
 
     @property
     def per_step(self) -> int:
         """Rows of one step."""
-        return int(self.impulse.shape[0])
+        return int(self.bounds.size + self.impulse.shape[0])
 
     @property
     def stages(self) -> int:
         """Rows of all steps: the terminal ones come after them."""
-        return self.horizon * self.per_step
+        return self.steps * self.per_step
 
     @property
     def count(self) -> int:
@@ -92,20 +106,24 @@ class StageRows:
     @property
     def variables(self) -> int:
         """N."""
-        return self.horizon
+        return self.steps * self.inputs
 
     def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """A z + what the state ``start`` (n,) adds, (m,)."""
-        real, n = self.stage.dtype, self.order
+        real, n, b = self.stage.dtype, self.order, self.bounds.size
         x = np.zeros(n, dtype=real) if start is None else start
-        columns = self.stage.T
+        ahead, after = np.vstack([self.stage, self.inner]).T, self.outer.T
         result = np.empty(self.count, dtype=real)
-        for k in range(self.horizon):
-            ahead = matvec(columns, np.append(x, z[k]))
-            x = ahead[:n]
-            at = k * self.per_step
-            result[at : at + self.limited] = x[: self.limited]
-            result[at + self.limited : at + self.per_step] = ahead[n:]
+        for k in range(self.steps):
+            u = z[k * self.inputs : (k + 1) * self.inputs]
+            moved = matvec(ahead, np.append(x, u))
+            x = moved[:n]
+            rows = result[k * self.per_step : (k + 1) * self.per_step]
+            rows[:b] = self.bounds * u[:b]
+            rows[b : b + self.limited] = x[: self.limited]
+            rows[b + self.limited : self.per_step - self.outer.shape[0]] = moved[n:]
+            if self.outer.shape[0]:
+                rows[self.per_step - self.outer.shape[0] :] = matvec(after, np.append(x, u))
         if self.terminal.shape[0]:
             result[self.stages :] = matvec(self.terminal.T, x)
         return result
@@ -113,14 +131,25 @@ class StageRows:
     def row(self, i: int) -> FloatArray:
         """Row i up to its last entry, (length,)."""
         if i >= self.stages:
-            return np.asarray(self.terminal_rows[i - self.stages])
+            return np.asarray(self.terminal_rows[i - self.stages, ::-1])
         step, output = divmod(i, self.per_step)
-        return np.asarray(self.impulse[output, step::-1])
+        if output < self.bounds.size:
+            own = np.zeros(step * self.inputs + output + 1, dtype=self.bounds.dtype)
+            own[-1] = self.bounds[output]
+            return own
+        last = (step + 1) * self.inputs - 1
+        return np.asarray(self.impulse[output - self.bounds.size, last::-1])
+
+    def begin(self, i: int) -> int:
+        """Where row i begins."""
+        step, output = divmod(i, self.per_step)
+        alone = i < self.stages and output < self.bounds.size
+        return step * self.inputs + output if alone else 0
 
     def dot(self, i: int, v: FloatArray) -> np.floating:
         """Row i times ``v``."""
-        row = self.row(i)
-        return dot(row, v[: row.size])
+        row, begin = self.row(i), self.begin(i)
+        return dot(row[begin:], v[begin : row.size])
 
     def shifted(self, i: int) -> int:
         """The row one sample later: a step's moves one step on, a terminal one stays."""
@@ -132,51 +161,65 @@ class StageRows:
 def stage_rows(
     stage: FloatArray,
     terminal: FloatArray,
-    horizon: int,
+    steps: int,
     limited: int,
     dtype: np.dtype[np.floating],
+    inputs: int = 1,
+    outer: FloatArray | None = None,
+    bounds: FloatArray | None = None,
 ) -> StageRows:
     """Rows of a plant, its responses computed in float64 and everything rounded once.
 
-    Args: as the attributes of ``StageRows``.
+    Args:
+        stage: (n + any, n + inputs): ``stage`` and ``inner`` of ``StageRows``, one upon the other.
+        terminal, limited, inputs, outer, bounds: as its attributes; None: no such rows.
     """
-    n = stage.shape[1] - 1
-    response = np.zeros((stage.shape[0], horizon))
-    x, state = stage[:, n], np.zeros((n, horizon))
-    for d in range(horizon):
-        response[:, d], state[:, d] = x, x[:n]
-        x = stage[:, :n] @ x[:n]
-    rows = [*range(limited), *range(n, stage.shape[0])]
+    n = stage.shape[1] - inputs
+    ahead, inner = stage[:n], stage[n:]
+    after = np.zeros((0, n + inputs)) if outer is None else outer
+    factors = np.zeros(0) if bounds is None else bounds
+    state, moved = np.zeros((n, inputs)), ahead[:, n:]
+    impulse, last = [], []
+    for d in range(steps):
+        direct = np.eye(inputs) if d == 0 else np.zeros((inputs, inputs))
+        before, now = np.vstack([state, direct]), np.vstack([moved, direct])
+        rows = np.vstack([moved[:limited], inner @ before, after @ now])
+        impulse.append(rows[:, ::-1])
+        last.append((terminal @ moved)[:, ::-1])
+        state, moved = moved, ahead[:, :n] @ moved
 
     def rounded(values: FloatArray) -> FloatArray:
         array = np.ascontiguousarray(values, dtype=dtype)
         array.flags.writeable = False
         return array
 
-    written = terminal @ state[:, ::-1]
     return StageRows(
-        rounded(stage), rounded(terminal), rounded(response[rows]), rounded(written), horizon,
-        limited,
+        rounded(ahead), rounded(inner), rounded(after), rounded(terminal), rounded(factors),
+        rounded(np.hstack(impulse)), rounded(np.hstack(last)), steps, limited, inputs,
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class ColumnRows:
-    """Rows without a plant: ``columns`` (N, m) = A', column j zero above row ``first[j]``.
+    """Rows without a plant: first ``bounds`` times variable 0, 1, ..., then ``columns``.
 
-    ``first`` (N,) never falls. ``per_step`` rows belong to one sample of a horizon that moves on
-    and the last ``staying`` to none; 0: the rows are the same ones at every call.
+    ``columns`` (N, m - bounds), transposed; column j is zero above row ``first[j]``, which never
+    falls. One sample of a horizon that moves on has ``inputs`` variables and ``per_step`` rows that
+    are no bounds; the last ``staying`` rows belong to none; 0 and 0: all rows are the same ones at
+    every call.
     """
 
+    bounds: FloatArray
     columns: FloatArray
     first: tuple[int, ...]
     per_step: int = 0
     staying: int = 0
+    inputs: int = 0
 
     @property
     def count(self) -> int:
         """m."""
-        return int(self.columns.shape[1])
+        return int(self.bounds.size + self.columns.shape[1])
 
     @property
     def variables(self) -> int:
@@ -186,37 +229,68 @@ class ColumnRows:
     def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """A z, (m,); there is no plant to start."""
         assert start is None
+        b = self.bounds.size
         result = np.zeros(self.count, dtype=self.columns.dtype)
+        result[:b] = self.bounds * z[:b]
         for column, first, value in zip(self.columns, self.first, z, strict=True):
-            result[first:] += column[first:] * value
+            result[b + first :] += column[first:] * value
         return result
 
     def row(self, i: int) -> FloatArray:
         """Row i up to its last entry, (length,)."""
+        if i < self.bounds.size:
+            own = np.zeros(i + 1, dtype=self.bounds.dtype)
+            own[i] = self.bounds[i]
+            return own
+        i -= self.bounds.size
         return np.asarray(self.columns[: sum(first <= i for first in self.first), i])
+
+    def begin(self, i: int) -> int:
+        """Where row i begins."""
+        return i if i < self.bounds.size else 0
 
     def dot(self, i: int, v: FloatArray) -> np.floating:
         """Row i times ``v``."""
-        row = self.row(i)
-        return dot(row, v[: row.size])
+        row, begin = self.row(i), self.begin(i)
+        return dot(row[begin:], v[begin : row.size])
 
     def shifted(self, i: int) -> int:
         """The row one sample later."""
+        if i < self.bounds.size:
+            return i - self.inputs if i >= self.inputs else -1
         if self.per_step == 0 or i >= self.count - self.staying:
             return i
-        return i - self.per_step if i >= self.per_step else -1
+        return i - self.per_step if i >= self.bounds.size + self.per_step else -1
 
 
 def column_rows(
-    rows: FloatArray, dtype: np.dtype[np.floating], per_step: int = 0, staying: int = 0
-) -> ColumnRows:
-    """The rows A (m, N), rounded once; leading zeros of a column that no later column lacks."""
-    columns = np.ascontiguousarray(rows.T, dtype=dtype)
+    rows: FloatArray, dtype: np.dtype[np.floating], per_step: int = 0, staying: int = 0,
+    bounds: int = 0, inputs: int = 0,
+) -> ColumnRows:  # fmt: skip
+    """The rows A (m, N), rounded once; leading zeros of a column that no later column lacks.
+
+    Args:
+        bounds: so many of the first rows bound variable 0, 1, ... by itself.
+        per_step, staying, inputs: see ``ColumnRows``.
+
+    Raises:
+        ValueError: one of the first ``bounds`` rows is another one.
+    """
+    alone = np.diagonal(rows)[:bounds]
+    if alone.size != bounds or np.any(rows[:bounds, :bounds] != np.diag(alone)):
+        raise ValueError("a row said to bound one variable holds others")
+    if np.any(rows[:bounds, bounds:]):
+        raise ValueError("a row said to bound one variable holds others")
+    columns = np.ascontiguousarray(rows[bounds:].T, dtype=dtype)
     columns.flags.writeable = False
     first = []
     for column in columns:
         places = np.flatnonzero(column)
-        first.append(int(places[0]) if places.size else rows.shape[0] - 1)
+        first.append(int(places[0]) if places.size else max(column.size - 1, 0))
     # a column may begin no later than the ones after it: rows are then prefixes
     least = np.minimum.accumulate(np.array(first)[::-1])[::-1]
-    return ColumnRows(columns, tuple(int(i) for i in least), per_step, staying)
+    factors = np.array(alone, dtype=dtype)
+    factors.flags.writeable = False
+    return ColumnRows(
+        factors, columns, tuple(int(i) for i in least), per_step, staying, inputs
+    )  # fmt: skip
