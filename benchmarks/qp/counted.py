@@ -18,7 +18,7 @@ COMPILER, PLUS = "gcc", "g++"
 # Unused functions of a library are no code of a controller that does not call them.
 FLAGS = ("-O3", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
 # Of one peer on one sequence under callgrind, which is fifty times slower than without.
-LIMIT_S = 300.0
+LIMIT_S = 180.0
 # Of the clock, the least of which is taken.
 PASSES = 3
 LINK = ("-Wl,--gc-sections", "-lm")

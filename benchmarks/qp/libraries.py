@@ -21,7 +21,7 @@ from qp.tolerance import TOLERANCE, reaching
 INTERIOR = (1e-10, 1e-11, 1e-12)
 # Of TinyMPC; it may be tried with any version that the index has.
 TINYMPC_VERSION = "0.0.8"
-TINYMPC_ITERATIONS = 20_000
+TINYMPC_ITERATIONS = 10_000
 WRAPPED = ("-Wl,--wrap=malloc", "-Wl,--wrap=calloc")
 
 PROXQP = "ProxQP"
