@@ -39,7 +39,7 @@ PACKAGES = ("daqp", "osqp", "casadi", "piqp", "proxsuite", "quadprog", "qpmpc")
 NOT_RUN = {
     "HPIPM": "not run: CasADi has it for programs that keep their states, not for condensed ones",
     "acados": "not run: no package on the index",
-    "LinearMPC.jl": "not run: its package on the index (lmpc) generates C by Julia, which is none",
+    "LinearMPC.jl": "not run: its package on the index (lmpc) calls Julia, which is not there",
 }
 
 
