@@ -2,10 +2,11 @@
 
     python benchmarks/qp_solvers.py [--quick] [--only NAME ...] [-o FOLDER]
 
-Counts instructions per solve with valgrind's callgrind where a solver is C of its own process,
-times the others beside DAQP, judges every answer against a reference optimum, and writes a table,
-qp.json, qp.md and qp_growth.html. Status 1 where a promise is broken; docs/benchmarks.md says what
-each number is. ``--quick`` and ``--only`` are for trying it out: then no promise is judged.
+Counts instructions per solve with valgrind's callgrind, clocks the same program without it, judges
+every answer against a reference optimum, and writes a table, qp.json, qp.md and qp_growth.html.
+Status 1 where a promise is broken or a tool is missing, 2 where nothing was measured;
+docs/benchmarks.md says what each number is. ``--quick`` and ``--only`` are for trying it out: then
+no promise is judged, and the files are named qp_part.
 """
 
 from __future__ import annotations
@@ -15,28 +16,30 @@ import platform
 import shutil
 import subprocess
 import sys
+import time
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from qp.counted import COMPILER, FLAGS, Measured, PeerFailed
-from qp.peers import COUNTED, DAQP, TOLERANCE
-from qp.promises import promises
+from qp.counted import COMPILER, FLAGS, PLUS, Measured, PeerFailed
+from qp.document import qp_parts
+from qp.libraries import TINYMPC, TINYMPC_VERSION, replaced_by
+from qp.peers import COUNTED, DAQP
+from qp.promises import as_rows, promises
 from qp.sequence import Sequence
-from qp.suite import TIGHT, suite
+from qp.suite import TIGHT, Missing, suite
 from qp.timed import TIMED, timed
-from qp.told import as_json, growth, markdown, plot, show, show_promises, write_json
+from qp.told import as_json, growth, plot, show, show_promises, write, write_json
+from qp.tolerance import TOLERANCE
 from rich.console import Console
 
-PACKAGES = ("daqp", "osqp", "casadi", "piqp", "proxsuite", "quadprog")
+PACKAGES = ("daqp", "osqp", "casadi", "piqp", "proxsuite", "quadprog", "qpmpc")
 NOT_RUN = {
-    "TinyMPC": "not run: below Python 3.13 its package asks for SciPy below 1.12, which does not "
-    "go with NumPy 2",
     "HPIPM": "not run: CasADi has it for programs that keep their states, not for condensed ones",
     "acados": "not run: no package on the index",
-    "LinearMPC.jl": "not run: its generator of C is Julia's",
+    "LinearMPC.jl": "not run: its package on the index (lmpc) calls Julia, which is not there",
 }
 
 
@@ -69,6 +72,7 @@ def versions() -> dict[str, str]:
             told[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             told[name] = "not installed"
+    told[TINYMPC] = f"{TINYMPC_VERSION}, sources"
     for tool in (COMPILER, "valgrind"):
         said = subprocess.run([tool, "--version"], capture_output=True, text=True, check=True)
         told[tool] = said.stdout.splitlines()[0]
@@ -81,42 +85,61 @@ def main() -> int:
     reader.add_argument("--quick", action="store_true", help="short sequences")
     reader.add_argument("--only", nargs="+", default=[], help="sequences whose names begin so")
     given = reader.parse_args()
-    for tool, package in ((COMPILER, "gcc"), ("valgrind", "valgrind"), ("nm", "binutils")):
+    for tool, package in (
+        (COMPILER, "gcc"),
+        (PLUS, "g++"),
+        ("valgrind", "valgrind"),
+        ("nm", "binutils"),
+    ):
         if shutil.which(tool) is None:
             print(f"this benchmark needs {tool}: apt-get install {package}")
             return 1
     given.output.mkdir(parents=True, exist_ok=True)
-    console = Console(width=max(160, Console().width))
+    try:
+        return compare(given.output, given.quick, tuple(given.only))
+    except KeyboardInterrupt:
+        print("broken off: nothing written")
+        return 130
+
+
+def compare(output: Path, quick: bool, only: tuple[str, ...]) -> int:
+    begin, work = time.monotonic(), output.resolve() / "work"
+    console = Console(width=max(170, Console().width))
     told: list[dict[str, Any]] = []
     results: dict[str, dict[str, Measured]] = {}
-    for sequence in suite(given.quick):
-        if given.only and not sequence.name.startswith(tuple(given.only)):
-            continue
-        found, failed = measure(sequence, given.output.resolve() / "work", given.quick)
-        results[sequence.name] = found
-        told.append(as_json(sequence, found, failed | NOT_RUN))
+    for sequence in suite(work, quick, only):
+        if isinstance(sequence, Missing):
+            told.append({"name": sequence.name, "missing": sequence.why})
+        else:
+            found, failed = measure(sequence, work, quick)
+            results[sequence.name] = found
+            told.append(as_json(sequence, found, failed | NOT_RUN))
         show(told[-1], console)
-    whole = not (given.quick or given.only)
+    if not results:
+        print("no sequence of that name could be measured")
+        return 2
+    whole = not (quick or only)
     made = promises(results, tuple(f"tight_{velocity:g}" for velocity in TIGHT)) if whole else []
     show_promises(made, console)
-    write_json(
-        {
-            "schema": "servogen.bench.qp/1",
-            "versions": versions(),
-            "flags": list(FLAGS),
-            "tolerance": TOLERANCE,
-            "sequences": told,
-            "promises": [
-                {"promise": p.told, "limit": p.limit, "found": p.found, "kept": p.kept}
-                for p in made
-            ],
-        },
-        given.output / "qp.json",
-    )
-    (given.output / "qp.md").write_text(markdown(told))
+    seconds = time.monotonic() - begin
+    written = {
+        "schema": "servogen.bench.qp/2",
+        "whole": whole,
+        "seconds": round(seconds),
+        "versions": versions(),
+        "flags": list(FLAGS),
+        "tolerance": TOLERANCE,
+        "tinympc_would_replace": replaced_by("tinympc"),
+        "sequences": told,
+        "promises": as_rows(made),
+    }
+    name = "qp" if whole else "qp_part"
+    write_json(written, output / f"{name}.json")
+    write("\n\n".join(qp_parts(written).values()) + "\n", output / f"{name}.md")
     lines = growth(told, "two_stage_x_")
     if lines.get(DAQP):
-        plot(lines, given.output / "qp_growth.html")
+        plot(lines, output / f"{name}_growth.html")
+    console.print(f"{output / name}.json, .md: {seconds / 60.0:.1f} minutes", highlight=False)
     return 0 if all(promise.kept for promise in made) else 1
 
 

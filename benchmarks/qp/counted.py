@@ -6,7 +6,7 @@ import json
 import re
 import subprocess
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +14,20 @@ import numpy as np
 from qp.sequence import Array, Sequence
 
 HERE = Path(__file__).parent / "c"
-COMPILER = "gcc"
+COMPILER, PLUS = "gcc", "g++"
 # Unused functions of a library are no code of a controller that does not call them.
 FLAGS = ("-O3", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
+# Of one peer on one sequence under callgrind, which is fifty times slower than without.
+LIMIT_S = 180.0
+# Of the clock, the least of which is taken.
+PASSES = 3
 LINK = ("-Wl,--gc-sections", "-lm")
-HARNESS = {"main", "must", "peer_load", "peer_answer", "peer_bytes", "answer"}
-RUNTIME = re.compile(r"^(_|deregister_tm|register_tm|frame_dummy|completed|data_start|_?_dso)")
+HARNESS = {
+    "main", "must", "now", "clocked", "answered", "peer_load", "peer_answer", "peer_bytes",
+    "answer", "__wrap_malloc", "__wrap_calloc", "asked_bytes", "asked_counting",
+}  # fmt: skip
+# C++ names begin with _Z
+RUNTIME = re.compile(r"^(_(?!Z)|deregister_tm|register_tm|frame_dummy|completed|data_start|_?_dso)")
 TOTAL = re.compile(r"^(?:totals|summary): (\d+)", re.MULTILINE)
 
 
@@ -37,6 +45,7 @@ class Measured:
         error: (k,) largest distance to the reference optimum, by the range of z over the sequence.
         residual: (k,) largest violation of a row.
         solved: (k,) whether the solver says so. iterations: (k,), -1: not told.
+        seconds: (k,) per solve without callgrind, or none.
         code, kept, written: bytes of functions; of tables and problem data; of workspace; -1: not
             known.
     """
@@ -53,9 +62,10 @@ class Measured:
     kept: int = -1
     written: int = -1
     note: str = ""
+    seconds: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def run(words: Iterable[str | Path], folder: Path, limit_s: float = 120.0) -> str:
+def run(words: Iterable[str | Path], folder: Path, limit_s: float = LIMIT_S) -> str:
     """Standard output of a command.
 
     Raises:
@@ -67,7 +77,7 @@ def run(words: Iterable[str | Path], folder: Path, limit_s: float = 120.0) -> st
             command, cwd=folder, capture_output=True, text=True, timeout=limit_s, check=False
         )
     except subprocess.TimeoutExpired as slow:
-        raise PeerFailed(f"stopped after {limit_s:.0f} s under callgrind") from slow
+        raise PeerFailed(f"{Path(command[0]).name}: stopped after {limit_s:.0f} s") from slow
     except OSError as missing:
         raise PeerFailed(f"{command[0]}: {missing}") from missing
     if done.returncode != 0:
@@ -80,13 +90,27 @@ def run(words: Iterable[str | Path], folder: Path, limit_s: float = 120.0) -> st
 def compile_peer(
     folder: Path, sources: Iterable[Path], includes: Iterable[Path] = (), extra: Iterable[str] = ()
 ) -> Path:
-    """The harness with a peer; ``peer`` in the folder."""
-    program = folder / "peer"
-    run(
-        [COMPILER, *FLAGS, f"-I{HERE}", f"-I{folder}", *(f"-I{i}" for i in includes), *extra,
-         HERE / "harness.c", *sources, "-o", program, *LINK],
-        folder,
-    )  # fmt: skip
+    """The harness with a peer; ``peer`` in the folder. C and C++ each by their compiler, with the
+    same options; a standard that is asked for is that of the peer's own language."""
+    program, objects = folder / "peer", []
+    given, plus = list(extra), False
+    standard = [word for word in given if word.startswith("-std=")]
+    libraries = [word for word in given if word.startswith(("-l", "-L", "-Wl"))]
+    options = [word for word in given if word not in (*standard, *libraries)]
+    for i, source in enumerate([HERE / "harness.c", *sources]):
+        if source.suffix == ".o":
+            objects.append(source)
+            continue
+        is_plus = source.suffix == ".cpp"
+        plus |= is_plus
+        own = [word for word in standard if ("++" in word) == is_plus and i > 0]
+        objects.append(folder / f"{i}_{source.stem}.o")
+        run(
+            [PLUS if is_plus else COMPILER, *FLAGS, *own, f"-I{HERE}", f"-I{folder}",
+             *(f"-I{i}" for i in includes), *options, "-c", source, "-o", objects[-1]],
+            folder,
+        )  # fmt: skip
+    run([PLUS if plus else COMPILER, *objects, "-o", program, *libraries, *LINK], folder)
     return program
 
 
@@ -121,7 +145,7 @@ def count(program: Path, sequence: Sequence, part: slice) -> tuple[Array, Array,
 def sizes(program: Path) -> dict[str, int]:
     """Bytes of functions, constants and variables in the linked program, the harness's not."""
     found = {"code": 0, "constant": 0, "variable": 0}
-    kinds = {"t": "code", "r": "constant", "d": "variable", "b": "variable"}
+    kinds = {"t": "code", "w": "code", "r": "constant", "d": "variable", "b": "variable"}
     for line in run(["nm", "-S", program], program.parent).splitlines():
         words = line.split()
         if len(words) != 4 or words[2].lower() not in kinds:
@@ -131,6 +155,35 @@ def sizes(program: Path) -> dict[str, int]:
             continue
         found[kinds[words[2].lower()]] += int(words[1], 16)
     return found
+
+
+def clock(program: Path, sequence: Sequence, part: slice, passes: int = PASSES) -> Array:
+    """Seconds per solve, (k,): the least of a few passes, as what else the machine does adds."""
+    folder = program.parent
+    sequence.write(folder / "programs", part)
+    run([program, "programs", "times", str(passes)], folder)
+    return np.fromfile(folder / "times")
+
+
+def counted_peer(
+    name: str, program: Path, sequence: Sequence, part: slice, static: bool = False,
+    note: str = "", sized: bool = True,
+) -> Measured:  # fmt: skip
+    """Counted under callgrind, then clocked without it.
+
+    Args:
+        static: tables and workspace are variables of the linked program.
+        sized: its code is in the linked program, and not in a library beside it.
+    """
+    cost, answers, told = count(program, sequence, part)
+    found = sizes(program) if sized else {"code": -1}
+    kept, written = told["kept"], told["written"]
+    if static:
+        kept, written = kept + found["constant"], written + found["variable"]
+    done = judged(
+        name, "instructions", sequence, part, cost, answers, found["code"], kept, written, note
+    )
+    return replace(done, seconds=clock(program, sequence, part))
 
 
 def judged(

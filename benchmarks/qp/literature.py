@@ -9,7 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
-from qp.sequence import Array, Sequence, StagePlant, solve_reference
+from qp.sequence import FAR, Array, Sequence, StagePlant, Stated, solve_reference
+
+# State and input of rest at a sample.
+Target = Callable[[int], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -99,12 +102,22 @@ def closed_loop(
     plant: Plant,
     horizon: int,
     steps: int,
-    target: Callable[[int], tuple[Array, Array]],
+    target: Target,
     disturbance: Array,
+    rho: float | None = None,
+    start: Array | None = None,
 ) -> Sequence:
-    """Condensed programs of x_0..x_{steps-1}; ``target`` gives the steady state and its input."""
+    """Condensed programs of x_0..x_{steps-1}; ``target`` gives the steady state and its input.
+
+    Args:
+        rho: with the last weight that TinyMPC presumes, so that it can state the programs, which
+            then are named after it; limits must be those of single states.
+        start: x_0, zeros if not given.
+    """
     a, b, n, p = plant.a, plant.b, *plant.b.shape
-    end = solve_discrete_are(a, b, plant.q, plant.r)
+    added = rho or 0.0
+    end = solve_discrete_are(a, b, plant.q + added * np.eye(n), plant.r + added * np.eye(p))
+    end = end - added * np.eye(n)
     ahead, on_state = np.zeros((horizon, n, horizon * p)), np.zeros((horizon, n, n))
     row, power = np.zeros((n, horizon * p)), np.eye(n)
     for k in range(horizon):
@@ -123,9 +136,11 @@ def closed_loop(
         rows += [unit[k * p : (k + 1) * p] / plant.input_limit[:, None], c @ ahead[k]]
         free += [np.zeros((p, n)), c @ on_state[k]]
     written, offset = np.vstack(rows), np.vstack(free)
-    x, programs = np.zeros(n), []
+    x, programs = np.zeros(n) if start is None else start, []
+    rests: list[tuple[Array, Array, Array]] = []
     for t in range(steps):
         level, rest = target(t)
+        rests.append((x, level, rest))
         off = np.einsum("kij,j->ki", on_state, x) - level
         linear = np.einsum("kij,ki->j", weighted, off) - np.tile(plant.r @ rest, horizon)
         away = offset @ x
@@ -133,9 +148,25 @@ def closed_loop(
         z, _ = solve_reference(hessian, written, *programs[-1])
         x = a @ x + b @ z[:p] + disturbance[t]
     linear, low, high = (np.array(part) for part in zip(*programs, strict=True))
+    name, stated = f"{plant.name}_{horizon}", None
+    if rho is not None:
+        name, stated = f"boxes_{name}", _stated(plant, rho, rests)
     return Sequence(
-        f"{plant.name}_{horizon}", plant.source, hessian, written, linear, low, high,
-        per_step=p + len(c), staying=0, plant=behind(plant),
+        name, plant.source, hessian, written, linear, low, high,
+        per_step=p + len(c), staying=0, plant=behind(plant), stated=stated,
+    )  # fmt: skip
+
+
+def _stated(plant: Plant, rho: float, rests: list[tuple[Array, Array, Array]]) -> Stated:
+    n = len(plant.a)
+    assert np.all(np.count_nonzero(plant.c, axis=1) == 1)
+    assert np.all(plant.c.sum(axis=1) == 1.0)
+    limit = np.full(n, FAR)
+    limit[np.argmax(plant.c, axis=1)] = plant.output_limit
+    x, level, rest = (np.array(part) for part in zip(*rests, strict=True))
+    return Stated(
+        plant.a, plant.b, np.diag(plant.q), np.diag(plant.r), rho, x - level, -limit - level,
+        limit - level, -plant.input_limit - rest, plant.input_limit - rest,
     )  # fmt: skip
 
 
@@ -166,33 +197,41 @@ def steady(plant: Plant, outputs: Array, wanted: Array) -> tuple[Array, Array]:
     return both[:n], both[n:]
 
 
-def all_loops(steps: int) -> list[Sequence]:
-    made = []
+# Penalties of TinyMPC, of the powers of ten from 0.01 to 100 those with which it needs the fewest
+# iterations at most.
+RHO = {"double_integrator": 0.1, "masses": 10.0}
+
+
+def names(boxes: bool) -> tuple[str, ...]:
+    """Of the sequences of ``all_loops``."""
+    plain = ("double_integrator_30", "afti16_10", "quadruple_tank_15", "masses_10")
+    if not boxes:
+        return plain
+    return tuple(f"boxes_{name}" for name in plain if name.rpartition("_")[0] in RHO)
+
+
+def all_loops(steps: int, boxes: bool = False) -> list[Sequence]:
+    """``boxes``: those that TinyMPC can state with another last weight, and with it."""
+    made: list[Sequence] = []
     rng = np.random.default_rng(5)
     still = np.zeros((steps, 1))
 
-    plant = double_integrator()
+    def add(plant: Plant, horizon: int, target: Target, disturbance: Array) -> None:
+        rho = RHO.get(plant.name) if boxes else None
+        if rho is not None or not boxes:
+            made.append(closed_loop(plant, horizon, steps, target, disturbance, rho))
+
     points = rng.uniform(-2.0, 2.0, steps // 50 + 1)
-    made.append(
-        closed_loop(
-            plant, 30, steps, lambda t: (np.array([points[t // 50], 0.0]), np.zeros(1)), still
-        )
-    )
-    plane = aircraft()
+    add(double_integrator(), 30, lambda t: (np.array([points[t // 50], 0.0]), np.zeros(1)), still)
     pitch = rng.uniform(-10.0, 10.0, steps // 50 + 1)
-    made.append(
-        closed_loop(
-            plane, 10, steps,
-            lambda t: (np.array([0.0, 0.0, 0.0, pitch[t // 50]]), np.zeros(2)), still,
-        )
+    add(
+        aircraft(), 10,
+        lambda t: (np.array([0.0, 0.0, 0.0, pitch[t // 50]]), np.zeros(2)), still,
     )  # fmt: skip
     tank = tanks()
     levels = rng.uniform(-2.0, 2.0, (steps // 50 + 1, 2))
-    made.append(
-        closed_loop(tank, 15, steps, lambda t: steady(tank, np.eye(4)[:2], levels[t // 50]), still)
-    )
-    chain = masses()
+    add(tank, 15, lambda t: steady(tank, np.eye(4)[:2], levels[t // 50]), still)
     push = np.zeros((steps, 12))
     push[:, 6:] = rng.uniform(-0.5, 0.5, (steps, 6))
-    made.append(closed_loop(chain, 10, steps, lambda t: (np.zeros(12), np.zeros(3)), push))
+    add(masses(), 10, lambda t: (np.zeros(12), np.zeros(3)), push)
     return made

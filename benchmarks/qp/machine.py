@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from qp.counted import PeerFailed
 from qp.published import HORIZON, PER_STEP, STATES, TERMINAL, responses, unpack
 from qp.sequence import Array, Sequence, StagePlant, solve_reference
 from servogen.controllers.cascade import Cascade
@@ -31,6 +32,8 @@ def prepared(file: str) -> TwoStage:
 def closed_loops(file: str, horizon: int, periods: int | None) -> tuple[Sequence, Sequence]:
     """The programs of both axes while the reference cascade runs the example's path."""
     two = prepared(file)
+    if two.tuning.horizon == 0:
+        raise PeerFailed("has no quadratic program: its governor is alone, without an MPC")
     solver = replace(two.tuning.solver, method="active_set", cap=CAP)
     cascade = Cascade(
         design_cascade(two.machine, replace(two.tuning, horizon=horizon, solver=solver))

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import shutil
-import sys
-import tarfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +15,25 @@ from qp.counted import (
     Measured,
     PeerFailed,
     compile_peer,
-    count,
-    judged,
+    counted_peer,
     run,
-    sizes,
 )
+from qp.libraries import (
+    PIQP,
+    PROXQP,
+    QPOASES,
+    QUADPROG,
+    TINYMPC,
+    WRAPPED,
+    piqp,
+    proxqp,
+    qpoases,
+    quadprog,
+    tinympc,
+)
+from qp.sdist import sdist
 from qp.sequence import Sequence
+from qp.tolerance import TOLERANCE, reaching
 from servogen.controllers.qp_solver_design import (
     QpSolverDesign,
     declare_qp_solver,
@@ -40,12 +49,6 @@ from servogen.resources import resource_dir
 
 DOUBLE = PRECISIONS["float64"]
 CAP = 500
-# Violation accepted by everyone: rows are scaled by their limits. Ten times less than what is asked
-# of the answers.
-TOLERANCE = 1e-9
-# Asked of z, by its range over a sequence.
-ACCURACY = 1e-8
-
 Peer = Callable[[Sequence, slice, Path], Measured]
 
 
@@ -58,20 +61,7 @@ def _active_set(design: QpSolverDesign, name: str, sequence: Sequence, part: sli
         folder, [HERE / "servogen_peer.c", *(folder / source for source in package.sources)],
         extra=["-std=c99", f"-DTABLE_BYTES={declared.table_bytes}"],
     )  # fmt: skip
-    return _counted(name, program, sequence, part)
-
-
-def _counted(
-    name: str, program: Path, sequence: Sequence, part: slice, static: bool = False, note: str = ""
-) -> Measured:
-    cost, answers, told = count(program, sequence, part)
-    found = sizes(program)
-    kept, written = told["kept"], told["written"]
-    if static:
-        kept, written = kept + found["constant"], written + found["variable"]
-    return judged(
-        name, "instructions", sequence, part, cost, answers, found["code"], kept, written, note
-    )
+    return counted_peer(name, program, sequence, part)
 
 
 def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
@@ -93,16 +83,6 @@ def columns(sequence: Sequence, part: slice, folder: Path) -> Measured:
         sequence.staying, bounds, inputs,
     )  # fmt: skip
     return _active_set(design, COLUMNS, given, part, folder)
-
-
-def reaching(measure: Callable[[float], Measured], asked: tuple[float, ...]) -> Measured:
-    """With the first of the tolerances that gives the accuracy; where none does, or the solver
-    itself says that it did not solve all, with the last one tried."""
-    for tolerance in asked:
-        found = measure(tolerance)
-        if np.max(found.error) <= ACCURACY or not np.all(found.solved):
-            break
-    return replace(found, note=f"tolerance {tolerance:g}")
 
 
 def pqp(sequence: Sequence, part: slice, folder: Path) -> Measured:
@@ -141,7 +121,7 @@ def _pqp(sequence: Sequence, part: slice, folder: Path, gap: float) -> Measured:
     ]
     (folder / "pqp_tables.h").write_text("\n".join(lines) + "\n")
     program = compile_peer(folder, [HERE / "pqp_peer.c"], [resource_dir("c_runtime")], ["-std=c99"])
-    return _counted(PQP, program, sequence, part, static=True)
+    return counted_peer(PQP, program, sequence, part, static=True)
 
 
 def simple_bounds_first(sequence: Sequence) -> tuple[Sequence, int]:
@@ -161,21 +141,6 @@ def simple_bounds_first(sequence: Sequence) -> tuple[Sequence, int]:
     return Sequence(**kept), n
 
 
-def daqp_source(folder: Path) -> Path:
-    """C sources of DAQP of the installed version, from its sdist; loaded once into ``folder``."""
-    version = importlib.metadata.version("daqp")
-    place = folder / f"daqp-{version}" / "csrc"
-    if not place.is_dir():
-        run(
-            [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check",
-             "--no-deps", "--no-binary", ":all:", f"daqp=={version}"],
-            folder,
-        )  # fmt: skip
-        with tarfile.open(folder / f"daqp-{version}.tar.gz") as archive:
-            archive.extractall(folder, filter="data")
-    return place
-
-
 def _library(source: Path) -> Path:
     """DAQP's objects, compiled once."""
     whole = source / "daqp.o"
@@ -193,15 +158,14 @@ def _library(source: Path) -> Path:
 
 def daqp(sequence: Sequence, part: slice, folder: Path) -> Measured:
     """DAQP, compiled from the C of its sdist."""
-    source = daqp_source(folder.parent)
+    source = sdist("daqp", folder.parent) / "csrc"
     given, simple = simple_bounds_first(sequence)
     program = compile_peer(
-        folder, [HERE / "daqp_peer.c", _library(source)], [source / "include"],
-        [f"-DSIMPLE={simple}", f"-DTOLERANCE={TOLERANCE}", "-Wl,--wrap=malloc",
-         "-Wl,--wrap=calloc"],
+        folder, [HERE / "daqp_peer.c", HERE / "asked.c", _library(source)], [source / "include"],
+        [f"-DSIMPLE={simple}", f"-DTOLERANCE={TOLERANCE}", *WRAPPED],
     )  # fmt: skip
     note = f"{simple} simple bounds" if simple else ""
-    return _counted(DAQP, program, given, part, note=note)
+    return counted_peer(DAQP, program, given, part, note=note)
 
 
 def osqp(sequence: Sequence, part: slice, folder: Path) -> Measured:
@@ -233,7 +197,7 @@ def _osqp(sequence: Sequence, part: slice, folder: Path, eps: float) -> Measured
         folder, [HERE / "osqp_peer.c", *sources],
         [out, out / "inc" / "public", out / "inc" / "private"],
     )  # fmt: skip
-    return _counted(OSQP, program, sequence, part, static=True)
+    return counted_peer(OSQP, program, sequence, part, static=True)
 
 
 def casadi(sequence: Sequence, part: slice, folder: Path) -> Measured:
@@ -258,7 +222,7 @@ def casadi(sequence: Sequence, part: slice, folder: Path) -> Measured:
     generator.add(function)
     generator.generate(f"{folder}/")
     program = compile_peer(folder, [HERE / "casadi_peer.c", folder / "generated.c"])
-    return _counted(CASADI, program, sequence, part)
+    return counted_peer(CASADI, program, sequence, part)
 
 
 STAGES = "servogen, stage rows"
@@ -276,4 +240,9 @@ COUNTED: tuple[tuple[str, Peer, int | None], ...] = (
     (PQP, pqp, 60),
     (OSQP, osqp, 60),
     (CASADI, casadi, 5),
+    (QPOASES, qpoases, 200),
+    (QUADPROG, quadprog, 200),
+    (PIQP, piqp, 60),
+    (PROXQP, proxqp, 60),
+    (TINYMPC, tinympc, 10),
 )

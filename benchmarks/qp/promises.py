@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from qp.counted import Measured
-from qp.peers import ACCURACY, COLUMNS, DAQP, STAGES
+from qp.peers import COLUMNS, DAQP, STAGES
+from qp.tolerance import ACCURACY
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,11 @@ class Promise:
         return (
             f"{'kept  ' if self.kept else 'BROKEN'}  {self.told}: {found}, at most {self.limit:g}"
         )
+
+
+def as_rows(made: Iterable[Promise]) -> list[dict[str, object]]:
+    """For JSON."""
+    return [{"promise": p.told, "limit": p.limit, "found": p.found, "kept": p.kept} for p in made]
 
 
 Results = Mapping[str, Mapping[str, Measured]]

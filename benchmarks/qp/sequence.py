@@ -7,12 +7,14 @@ from pathlib import Path
 
 import daqp
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
 from servogen.qp.row_tables import StageRows, stage_rows
 
 Array = np.ndarray
 # A reference optimum misses its conditions by no more than this share of the sizes met.
 REFERENCE = 1e-10
+FAR = 1e17  # a bound that is none
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,54 @@ class StagePlant:
 
 
 @dataclass(frozen=True)
+class Stated:
+    """The plant and boxes that a program was condensed from, where boxes are all it has.
+
+    Cost: sum of x_k'Qx_k + u_k'Ru_k with x_N weighted by P - rho I, P the solution of the Riccati
+    equation with Q + rho I, R + rho I: what TinyMPC's method presumes. x, u: less where the
+    plant is to rest.
+
+    Attributes:
+        a: (n, n); b: (n, p); q: (n,); r: (p,) diagonals.
+        start: (T, n) x_0; state_low, state_high: (T, n) at x_1..x_N; input_low, input_high: (T, p).
+    """
+
+    a: Array
+    b: Array
+    q: Array
+    r: Array
+    rho: float
+    start: Array
+    state_low: Array
+    state_high: Array
+    input_low: Array
+    input_high: Array
+
+    def write(self, path: Path, part: slice, horizon: int) -> None:
+        """For tinympc_peer.cpp."""
+        n, p = self.b.shape
+        both = solve_discrete_are(
+            self.a, self.b, np.diag(self.q + self.rho), np.diag(self.r + self.rho)
+        )
+        pressed = np.linalg.inv(np.diag(self.r + self.rho) + self.b.T @ both @ self.b)
+        gain = pressed @ self.b.T @ both @ self.a
+        steps = self.start[part]
+        none = np.full_like(steps, FAR)
+        columns = [
+            steps,
+            -none, np.tile(self.state_low[part], (1, horizon)),
+            none, np.tile(self.state_high[part], (1, horizon)),
+            np.tile(self.input_low[part], (1, horizon)),
+            np.tile(self.input_high[part], (1, horizon)),
+        ]  # fmt: skip
+        with path.open("wb") as out:
+            np.array([n, p, horizon + 1, len(steps)], dtype=np.int32).tofile(out)
+            for value in (self.a, self.b, self.q, self.r, np.array([self.rho]), gain, both, pressed,
+                          (self.a - self.b @ gain).T, np.hstack(columns)):  # fmt: skip
+                np.ascontiguousarray(value, dtype=float).tofile(out)
+
+
+@dataclass(frozen=True)
 class Sequence:
     """min 1/2 z'Hz + f_t'z subject to low_t <= A z <= high_t, t = 0..T-1.
 
@@ -42,6 +92,7 @@ class Sequence:
         hessian: (n, n); rows: (m, n); linear: (T, n); low, high: (T, m), all finite.
         per_step, staying: rows of one sample of the horizon, and of none.
         plant: where the rows are outputs of a single-input plant.
+        stated: where TinyMPC can state it.
     """
 
     name: str
@@ -54,6 +105,7 @@ class Sequence:
     per_step: int
     staying: int
     plant: StagePlant | None = None
+    stated: Stated | None = None
     optimum: Array = field(default_factory=lambda: np.zeros((0, 0)))
     active: Array = field(default_factory=lambda: np.zeros(0, dtype=int))
 
@@ -65,6 +117,11 @@ class Sequence:
     def count(self) -> int:
         """Two-sided rows."""
         return int(self.rows.shape[0])
+
+    @property
+    def horizon(self) -> int:
+        """Of ``stated``."""
+        return 0 if self.stated is None else self.variables // int(self.stated.b.shape[1])
 
     @property
     def length(self) -> int:
@@ -86,10 +143,32 @@ class Sequence:
             np.ascontiguousarray(steps).tofile(out)
 
 
+def two_sided(rows: Array) -> tuple[Array, Array]:
+    """Of one-sided rows the numbers of those that point up, and of their opposites.
+
+    Raises:
+        ValueError: a row without an opposite. Rows of zeros are left out.
+    """
+    first, second = [], []
+    for i, row in enumerate(rows):
+        own = np.flatnonzero(row)
+        if own.size and row[own[0]] > 0.0:
+            opposite = np.flatnonzero(np.all(rows == -row, axis=1))
+            opposite = opposite[~np.isin(opposite, second)]
+            if not opposite.size:
+                raise ValueError(f"row {i} has no opposite")
+            first.append(i)
+            second.append(int(opposite[0]))
+    return np.array(first), np.array(second)
+
+
 def solve_reference(
     hessian: Array, rows: Array, linear: Array, low: Array, high: Array
 ) -> tuple[Array, Array]:
     """z (n,) and the working set: DAQP's set, its equations solved afresh and the result judged."""
+    linear, low, high = map(
+        np.ascontiguousarray, (linear, low, high)
+    )  # DAQP reads on without strides
     sense = np.zeros(len(rows), dtype=np.int32)
     z, _, flag, info = daqp.solve(
         hessian, linear, np.ascontiguousarray(rows), high, low, sense, primal_tol=1e-11

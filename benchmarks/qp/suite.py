@@ -2,26 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
-from qp import literature, machine, published
+from qp import literature, machine, packages, published, servo
+from qp.counted import PeerFailed
 from qp.sequence import Sequence, with_optima
 
 HORIZONS = (5, 10, 20, 30, 50)
+MOVES = (1, 2, 3, 5, 10)
 TIGHT = (0.02, 0.1)
 # Programs of a sequence that no promise is about.
 STEPS = 300
 
 
-def suite(quick: bool = False) -> Iterator[Sequence]:
-    """``quick``: short ones of each kind, for trying the benchmark out."""
+@dataclass(frozen=True)
+class Missing:
+    """A sequence that there is not, and why."""
+
+    name: str
+    why: str
+
+
+Makes = Callable[[], list[Sequence]]
+
+
+def suite(
+    folder: Path, quick: bool = False, only: tuple[str, ...] = ()
+) -> Iterator[Sequence | Missing]:
+    """
+    Args:
+        folder: for sources of packages.
+        quick: short ones of each kind, for trying the benchmark out.
+        only: beginnings of names, or all.
+    """
+    for names, make in _makers(folder, quick):
+        if only and not any(name.startswith(only) for name in names):
+            continue
+        try:
+            found = make()
+        except PeerFailed as why:
+            yield from (Missing(name, str(why)) for name in names if _wanted(name, only))
+            continue
+        for sequence in found:
+            if _wanted(sequence.name, only):
+                yield with_optima(sequence)
+
+
+def _wanted(name: str, only: tuple[str, ...]) -> bool:
+    return not only or name.startswith(only)
+
+
+def _makers(folder: Path, quick: bool) -> Iterator[tuple[tuple[str, ...], Makes]]:
+    """Names, and what makes the sequences of those names: only those asked for are made."""
     steps = 40 if quick else STEPS
-    yield with_optima(published.unpack())
+    few = max(steps // 3, 20)
+    yield ("qp_mpc20b",), lambda: [published.unpack()]
+    tight = 200 if quick else 1500
     for velocity in TIGHT:
-        yield with_optima(machine.tight_loop(velocity, 200 if quick else 1500))
+        yield (f"tight_{velocity:g}",), lambda v=velocity: [machine.tight_loop(v, tight)]
     for horizon in HORIZONS:
-        yield with_optima(machine.closed_loops("servogen.toml", horizon, steps)[0])
-    # its axis x is the other example's
-    yield with_optima(machine.closed_loops("unequal_axes.toml", 20, steps)[1])
-    for loop in literature.all_loops(max(steps, 100)):
-        yield with_optima(loop)
+        names = [f"two_stage_x_{horizon}", f"two_stage_y_{horizon}"]
+        count = 2 if horizon == 20 else 1
+        yield (
+            tuple(names[:count]),
+            lambda h=horizon, c=count: list(machine.closed_loops("servogen.toml", h, steps)[:c]),
+        )
+    yield (
+        ("unequal_axes_x_20", "unequal_axes_y_20"),
+        lambda: list(machine.closed_loops("unequal_axes.toml", 20, steps)),
+    )
+    yield ("sprg_alone",), lambda: list(machine.closed_loops("sprg_alone.toml", 20, steps))
+    for moves in MOVES:
+        yield (f"servo_drive_{moves}",), lambda m=moves: [servo.closed_loop(m)]
+    for boxes in (False, True):
+        names = literature.names(boxes)
+        yield names, lambda b=boxes: literature.all_loops(few if b else max(steps, 100), b)
+    yield ("boxes_quadrotor_9",), lambda: [packages.quadrotor(few, folder)]
+    yield ("qpmpc_pendulum_12",), lambda: [packages.pendulum(steps)]
+    yield ("qpmpc_triple_16",), lambda: [packages.triple_integrator(steps)]

@@ -1,4 +1,5 @@
-"""The solvers that come as libraries only: timed from Python, beside DAQP timed the same way."""
+"""Solvers whose packages ship them compiled for wide vectors too: timed from Python as they come,
+beside DAQP timed the same way."""
 
 from __future__ import annotations
 
@@ -7,13 +8,12 @@ import os
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import Any
 
 import numpy as np
 
 from qp.counted import Measured, PeerFailed, judged
-from qp.peers import TOLERANCE
 from qp.sequence import Array, Sequence
+from qp.tolerance import TOLERANCE
 
 # What a solver gives for one program: z, and whether it says it is solved.
 Solve = Callable[[Array, Array, Array], tuple[Array, bool]]
@@ -96,49 +96,6 @@ def proxqp(sequence: Sequence, part: slice) -> Solve:
     return solve
 
 
-def quadprog(sequence: Sequence, part: slice) -> Solve:
-    import quadprog as library
-
-    # G'z >= b, cold, with the inverse of the factor of H in place of H
-    both = np.ascontiguousarray(np.vstack([-sequence.rows, sequence.rows]).T)
-    factor = np.linalg.inv(np.linalg.cholesky(sequence.hessian)).T.copy()
-
-    def solve(linear: Array, low: Array, high: Array) -> tuple[Array, bool]:
-        bound = np.concatenate([-high, low])
-        return library.solve_qp(factor.copy(), -linear, both, bound, 0, True)[0], True
-
-    return solve
-
-
-def qpoases(sequence: Sequence, part: slice) -> Solve:
-    import casadi as ca
-
-    n, m = sequence.variables, sequence.count
-    rows = ca.DM(sequence.rows)
-    solver = ca.conic(
-        "solver", "qpoases", {"h": ca.Sparsity.dense(n, n), "a": rows.sparsity()},
-        {"printLevel": "none", "hessian_type": "posdef"},
-    )  # fmt: skip
-    buffer, run = solver.buffer()
-    given = {
-        "h": np.ascontiguousarray(sequence.hessian).ravel(), "a": np.array(rows.nonzeros()),
-        "g": np.zeros(n), "lba": np.zeros(m), "uba": np.zeros(m),
-        "lbx": np.full(n, -np.inf), "ubx": np.full(n, np.inf),
-    }  # fmt: skip
-    answer = np.zeros(n)
-    for i in range(solver.n_in()):
-        if solver.name_in(i) in given:
-            buffer.set_arg(i, memoryview(given[solver.name_in(i)]))
-    buffer.set_res(0, memoryview(answer))
-
-    def solve(linear: Array, low: Array, high: Array, kept: Any = buffer) -> tuple[Array, bool]:
-        given["g"][:], given["lba"][:], given["uba"][:] = linear, low, high
-        run()  # on the buffer, which has to live as long
-        return answer.copy(), kept.ret() == 0
-
-    return solve
-
-
 def timed(name: str, start: Start, sequence: Sequence, part: slice) -> Measured:
     """In a process of its own, so that a peer that crashes is one line of the table.
 
@@ -186,8 +143,6 @@ def _passes(out: Connection, start: Start, sequence: Sequence, part: slice) -> N
 
 TIMED: tuple[tuple[str, Start], ...] = (
     (BASE, daqp),
-    ("qpOASES in CasADi", qpoases),
-    ("quadprog", quadprog),
-    ("PIQP", piqp),
-    ("ProxQP", proxqp),
+    ("PIQP, library", piqp),
+    ("ProxQP, library", proxqp),
 )

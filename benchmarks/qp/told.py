@@ -13,12 +13,14 @@ from rich.console import Console
 from rich.table import Table
 
 from qp.counted import Measured
-from qp.peers import ACCURACY, DAQP
+from qp.peers import DAQP
 from qp.promises import Promise
 from qp.sequence import Sequence
 from qp.timed import BASE
+from qp.tolerance import ACCURACY
 
 Failed = Mapping[str, str]
+SHARES = ("median_by_daqp", "max_by_daqp", "time_by_daqp")
 
 
 def numbers(m: Measured, base: Measured | None) -> dict[str, Any]:
@@ -34,6 +36,8 @@ def numbers(m: Measured, base: Measured | None) -> dict[str, Any]:
         "unsolved": int(np.sum(~m.solved)),
         "accurate": bool(np.max(m.error) <= ACCURACY),
         "iterations_max": int(np.max(m.iterations)),
+        "median_us": float(1e6 * np.median(m.seconds)) if m.seconds.size else None,
+        "max_us": float(1e6 * np.max(m.seconds)) if m.seconds.size else None,
         "code_bytes": m.code,
         "table_bytes": m.kept,
         "workspace_bytes": m.written,
@@ -44,6 +48,9 @@ def numbers(m: Measured, base: Measured | None) -> dict[str, Any]:
         same = base.cost[first : first + len(m.cost)]
         row["median_by_daqp"] = float(np.median(m.cost) / np.median(same))
         row["max_by_daqp"] = float(np.max(m.cost) / np.max(same))
+        if m.seconds.size and base.seconds.size:
+            spent = base.seconds[first : first + len(m.cost)]
+            row["time_by_daqp"] = float(np.median(m.seconds) / np.median(spent))
     return row
 
 
@@ -76,19 +83,22 @@ def _cost(row: Mapping[str, Any], name: str) -> str:
 
 def show(told: Mapping[str, Any], console: Console) -> None:
     """One sequence's table."""
+    if "missing" in told:
+        console.print(f"{told['name']}: {told['missing']}\n", style="red", highlight=False)
+        return
     title = (
         f"{told['name']}: {told['variables']} variables, {told['rows']} rows, working sets to "
         f"{told['active_max']} ({told['source']})"
     )
     table = Table(title=title, title_justify="left", show_edge=False)
     table.add_column("solver", no_wrap=True)
-    for head in ("programs", "median", "p99", "max", "median / DAQP", "max / DAQP", "error",
-                 "residual", "tables", "workspace", "code"):  # fmt: skip
+    for head in ("programs", "median", "p99", "max", "median / DAQP", "max / DAQP", "us / DAQP",
+                 "error", "residual", "tables", "workspace", "code"):  # fmt: skip
         table.add_column(head, justify="right")
     for name, row in told["solvers"].items():
         if "failed" in row:
             continue
-        by = [f"{row[k]:.3f}" if k in row else "-" for k in ("median_by_daqp", "max_by_daqp")]
+        by = [f"{row[k]:.3f}" if k in row else "-" for k in SHARES]
         missed = "" if row["accurate"] else " [red]MISSED[/]"
         count = str(row["programs"])
         if row["unsolved"]:
@@ -118,7 +128,7 @@ def growth(
     """Horizon, median and maximum of the instructions by solver, of the loops so named."""
     lines: dict[str, list[tuple[int, float, float]]] = {}
     for told in sequences:
-        if not told["name"].startswith(prefix):
+        if not told["name"].startswith(prefix) or "missing" in told:
             continue
         for name, row in told["solvers"].items():
             if row.get("unit") == "instructions":
@@ -128,7 +138,10 @@ def growth(
 
 def plot(lines: Mapping[str, list[tuple[int, float, float]]], path: Path) -> None:
     """Growth with the horizon, both axes logarithmic: full lines maxima, dotted ones medians."""
-    colours = ("#444444", "#0b6e99", "#5aa9c9", "#8a5aa9", "#c96f0b", "#a90b3c")
+    colours = (
+        "#444444", "#0b6e99", "#5aa9c9", "#8a5aa9", "#c96f0b", "#a90b3c", "#2f8f4e", "#9aa02c",
+        "#b8860b", "#c06fa8",
+    )  # fmt: skip
     figure = go.Figure()
     for (name, points), colour in zip(lines.items(), colours, strict=False):
         horizon = [p[0] for p in points]
@@ -143,43 +156,22 @@ def plot(lines: Mapping[str, list[tuple[int, float, float]]], path: Path) -> Non
     figure.update_yaxes(type="log", title="instructions per solve", dtick=1)
     figure.update_layout(
         template="plotly_white", width=900, height=560,
-        title="Maximum (full), median (dotted); PQP, OSQP: of the hardest 60 programs, CasADi: 5",
+        title="Maximum (full), median (dotted); of those around the largest working set where slow",
     )  # fmt: skip
-    path.write_text(figure.to_html(include_plotlyjs=True, full_html=True, div_id="growth"))
+    write(
+        figure.to_html(
+            include_plotlyjs=True, full_html=True, div_id="growth", config={"displayModeBar": False}
+        ),
+        path,
+    )
+
+
+def write(text: str, path: Path) -> None:
+    """In one go: a run that is broken off leaves no half of a file."""
+    part = path.with_suffix(path.suffix + ".part")
+    part.write_text(text)
+    part.replace(path)
 
 
 def write_json(told: dict[str, Any], path: Path) -> None:
-    path.write_text(json.dumps(told, indent=1) + "\n")
-
-
-def markdown(sequences: list[dict[str, Any]]) -> str:
-    """The tables of docs/benchmarks.md."""
-    lines: list[str] = []
-    for told in sequences:
-        lines += [
-            f"**{told['name']}**: {told['variables']} variables, {told['rows']} rows, "
-            f"{told['programs']} programs, working sets to {told['active_max']}; {told['source']}",
-            "",
-            "| solver | programs | median | p99 | maximum | median, maximum by DAQP's | error |",
-            "|---|---|---|---|---|---|---|",
-        ]
-        for name, row in told["solvers"].items():
-            if "failed" in row:
-                continue
-            error = f"{row['error']:.0e}" + ("" if row["accurate"] else ", **missed**")
-            count = str(row["programs"])
-            count += f", {row['unsolved']} unsolved" if row["unsolved"] else ""
-            costs = " | ".join(_cost(row, key) for key in ("median", "p99", "max"))
-            by = ", ".join(
-                f"{row[key]:.3g}" if key in row else "-"
-                for key in ("median_by_daqp", "max_by_daqp")
-            )
-            lines.append(f"| {name} | {count} | {costs} | {by} | {error} |")
-        lines.append("")
-        lines += [
-            f"{name}: {row['failed']}."
-            for name, row in told["solvers"].items()
-            if "failed" in row and not row["failed"].startswith("not run")
-        ]
-        lines.append("")
-    return "\n".join(lines)
+    write(json.dumps(told, indent=1) + "\n", path)

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "api.h"
+#include "asked.h"
 #include "peer.h"
 #include "utils.h"
 
@@ -10,24 +11,6 @@ static DAQPWorkspace work;
 static DAQPProblem qp;
 static DAQPResult result;
 static double dual[4096];
-static long asked;
-static int counting;
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-
-void *__wrap_malloc(size_t size)
-{
-    asked += counting ? (long)size : 0;
-    return __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    asked += counting ? (long)(count * size) : 0;
-    return __real_calloc(count, size);
-}
-
 int peer_setup(const problem *p, double *f, double *low, double *high)
 {
     int *sense = calloc((size_t)p->m, sizeof(int));
@@ -44,11 +27,11 @@ int peer_setup(const problem *p, double *f, double *low, double *high)
     qp.sense = sense;
     result.x = answer;
     result.lam = dual;
-    counting = 1;
+    asked_counting = 1;
     allocate_daqp_settings(&work);
     work.settings->primal_tol = TOLERANCE;
     const int flag = setup_daqp(&qp, &work, NULL);
-    counting = 0;
+    asked_counting = 0;
     return (flag < 0) ? 1 : 0;
 }
 
@@ -78,5 +61,5 @@ void peer_bytes(const problem *p, long *kept, long *written)
     const long n = p->n, m = p->m;
     /* H, A, f, both bounds and sense, which its DAQPProblem points to */
     *kept = 8 * (n * n + (m - SIMPLE) * n + n + 2 * m) + 4 * m;
-    *written = asked + (long)(sizeof work + sizeof qp);
+    *written = asked_bytes + (long)(sizeof work + sizeof qp);
 }

@@ -2,6 +2,10 @@
 #ifndef PEER_H
 #define PEER_H
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct {
     int n;            /* variables */
     int m;            /* two-sided rows */
@@ -21,5 +25,9 @@ int solve_one(void);
 int peer_answer(const problem *p);
 /* Bytes: of tables and problem data that stay, and of what the solver writes to. */
 void peer_bytes(const problem *p, long *kept, long *written);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
