@@ -193,7 +193,7 @@ def test_programs_of_a_plant_are_daqps(name: str) -> None:
     out, status = run_all(name, given)
     hessian, own = plant("float64", PLANTS[name])
     Oracle(hessian, written(own)).judge(status, out["z"], given)
-    # where no z keeps all rows, multipliers may grow until no digit of z is left: then the cap ends it
+    # where no z keeps all rows, multipliers may grow until no digit of z is left: the cap ends that
     lost = status == Status.BACKUP
     assert np.count_nonzero(lost) <= 2
     assert set(status[~lost]) == {Status.OK, Status.INFEASIBLE}
