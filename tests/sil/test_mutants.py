@@ -53,7 +53,7 @@ MUTANTS: dict[str, tuple[str, Any]] = {
     "primal correction": ("_mpc_tables.h", nudge("_inverse", 0)),
     "bound on |D|": ("_mpc_tables.h", nudge("_mpc_columns", 0)),
     "its floor": ("_mpc_tables.h", nudge("_at_floor", 0, 0.1)),
-    "plant backwards": ("_mpc.c", swap("x[i] += own[i];", "x[i] = own[i];")),
+    "plant backwards": ("_mpc.c", swap("= x0 + own[0]", "= own[0]")),
     "slow model": ("_follower_tables.h", nudge("_model_x", 3)),
     "range of the governor": ("_governor_tables.h", nudge("_range_x", 0, -0.4)),
     "far end of the interval": (
