@@ -44,6 +44,7 @@ from servogen.emit.literals import real_literal
 from servogen.emit.package import emit_package
 from servogen.precision import PRECISIONS
 from servogen.qp.pqp import pqp_tables
+from servogen.qp.row_tables import column_rows
 from servogen.qp.tolerances import tolerances
 from servogen.resources import resource_dir
 
@@ -92,10 +93,20 @@ def pqp(sequence: Sequence, part: slice, folder: Path) -> Measured:
 
 def _pqp(sequence: Sequence, part: slice, folder: Path, gap: float) -> Measured:
     tol = tolerances(DOUBLE, 1e-9, gap, sequence.hessian, float(np.ptp(sequence.optimum)))
-    made = pqp_tables(sequence.hessian, sequence.rows, 0.1, 6, CAP, tol, DOUBLE.dtype)
+    per_step = sequence.per_step
+    steps = (sequence.count - sequence.staying) // per_step if per_step else 0
+    made = pqp_tables(
+        sequence.hessian, sequence.rows, column_rows(sequence.rows, DOUBLE.dtype), 0.1, 6, CAP, tol,
+        DOUBLE.dtype, per_step, steps,
+    )  # fmt: skip
+    lines_, stride = (4 * -(-size // 4) for size in made.columns.shape)
+    room = stride - sequence.count
     arrays = {
-        "rows_columns": made.rows_columns, "inverse_columns": made.inverse_columns,
-        "absolute": made.absolute, "diagonal": made.diagonal,
+        "rows_columns": sequence.rows.T,
+        "inverse_columns": np.linalg.solve(sequence.hessian, sequence.rows.T).T,
+        "columns": np.pad(made.columns, ((0, lines_ - len(made.columns)), (0, room))),
+        "at_floor": np.pad(made.at_floor, (0, room)), "root_diagonal": made.root_diagonal,
+        "diagonal": made.diagonal,
         "inverse_diagonal": made.inverse_diagonal, "phi_diagonal": made.phi_diagonal,
         "floor_": made.floor, "vanish": made.vanish, "ceiling": made.ceiling,
         "inverse": np.linalg.inv(sequence.hessian),
@@ -108,6 +119,7 @@ def _pqp(sequence: Sequence, part: slice, folder: Path, gap: float) -> Measured:
     sizes_ = {
         "ROWS": sequence.count, "PLAN": sequence.variables, "PERIOD": 6, "CAP": CAP,
         "PER_STEP": sequence.per_step, "STAYING": sequence.staying,
+        "LINES": lines_, "STRIDE": stride, "BLOCKS": made.blocks,
     }  # fmt: skip
     lines = [f"enum {{ {', '.join(f'{k} = {v}' for k, v in sizes_.items())} }};"]
     lines += [

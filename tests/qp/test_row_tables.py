@@ -41,6 +41,8 @@ def test_all_say_the_same(make) -> None:
     assert (rows.count, rows.variables) == written.shape
     v = np.random.default_rng(5).normal(size=rows.variables)
     np.testing.assert_allclose(rows.product(v), written @ v, atol=1e-12)
+    y = np.random.default_rng(6).normal(size=rows.count)
+    np.testing.assert_allclose(rows.adjoint(y), written.T @ y, atol=1e-12)
     for i in range(rows.count):
         own = np.zeros(rows.variables)
         own[: rows.row(i).size] = rows.row(i)

@@ -159,7 +159,7 @@ def full(bare: ReportData) -> ReportData:
                     "stack_bytes": 999,
                 }
             },
-            "table_bytes": {"corner_mpc_absolute": 13122},
+            "table_bytes": {"corner_mpc_columns": 13122},
         },
         build={
             "schema": "servogen.build/1",

@@ -8,7 +8,8 @@ typedef double sg_real;
 #include "pqp_tables.h"
 
 static sg_real upper[ROWS], lower[ROWS], slack_upper[ROWS], slack_lower[ROWS], scratch[ROWS];
-static sg_real change[ROWS], absolute_sum[ROWS], last_upper[ROWS], last_lower[ROWS];
+static sg_real change[ROWS], absolute_sum[STRIDE], last_upper[ROWS], last_lower[ROWS];
+static sg_real shared[LINES];
 static sg_real last_change[ROWS], rows[ROWS], free_plan[PLAN], correction[PLAN];
 static const double *linear, *below, *above;
 static int iterations;
@@ -51,8 +52,12 @@ static int iterate(void)
     shift(upper);
     shift(lower);
     for (int k = 0; k < CAP; k++) {
-        sg_pqp_evaluate(ROWS, PLAN, inverse_columns, rows_columns, upper, lower, slack_upper,
-                        slack_lower, scratch, correction, change, &seen);
+        for (int i = 0; i < ROWS; i++) {
+            scratch[i] = upper[i] - lower[i];
+        }
+        sg_matvec(PLAN, ROWS, inverse_columns, scratch, correction);
+        sg_matvec(ROWS, PLAN, rows_columns, correction, change);
+        sg_pqp_evaluate(ROWS, upper, lower, slack_upper, slack_lower, change, &seen);
         iterations = k + 1;
         const int feasible = seen.worst >= -tolerance;
         solved = feasible && (seen.gap <= gap_limit);
@@ -67,9 +72,10 @@ static int iterate(void)
                                least_curvature, longest, slack_upper, slack_lower, change, upper,
                                lower, last_upper, last_lower, last_change);
         } else {
-            sg_pqp_multiply(ROWS, absolute, phi_diagonal, vanish, ceiling, slack_upper,
-                            slack_lower, change, scratch, absolute_sum, upper, lower, last_upper,
-                            last_lower, last_change);
+            sg_pqp_majorant(ROWS, PER_STEP, BLOCKS, LINES, STRIDE, columns, at_floor, floor_,
+                            root_diagonal, upper, lower, scratch, shared, absolute_sum);
+            sg_pqp_multiply(ROWS, absolute_sum, phi_diagonal, vanish, ceiling, slack_upper,
+                            slack_lower, change, upper, lower, last_upper, last_lower, last_change);
         }
         turn = (turn == PERIOD - 1) ? 0 : turn + 1;
     }

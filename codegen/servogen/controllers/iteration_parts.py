@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from servogen.controllers.design import Constant, Dimension, StateField, Table
 from servogen.precision import FloatArray
-from servogen.qp.condense import CondensedQp
 from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.qp.pqp import PqpTables
 from servogen.qp.row_tables import ColumnRows, StageRows
 from servogen.qp.tolerances import QpTolerances
 
+# Of every output, where its coefficients that are not zero are, and of what; -1: one.
+Terms = list[list[tuple[int, str]]]
 _SCRATCH = "workspace, no meaning between calls"
 
 
@@ -30,11 +31,25 @@ class IterationParts:
     facts: Mapping[str, object] = field(default_factory=dict)
 
 
-def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationParts:
+def pqp_parts(pqp: PqpTables, tol: QpTolerances) -> IterationParts:
     """Of PQP (20)-(21) on the condensed program of a tracking MPC."""
+    rows, (lines, m) = pqp.rows, pqp.columns.shape
+    assert isinstance(rows, StageRows)
+    assert rows.inputs == 1
+    assert rows.bounds.size + rows.outer.size == 0
+    filled, stride = 4 * -(-lines // 4), 4 * -(-m // 4)
+    columns = np.pad(pqp.columns, ((0, filled - lines), (0, stride - m)))
+    plant = _plant(rows)
     return IterationParts(
         told="PQP (20)-(21)",
-        dimensions=(Dimension("PERIOD", pqp.period, "turns of an acceleration cycle"),),
+        dimensions=(
+            Dimension("VARIABLES", rows.variables, "of the program"),
+            Dimension("STRIDE", stride, "ROWS, filled up to a multiple of four"),
+            Dimension("LINES", filled, "columns of the bound on |D|, filled up likewise"),
+            Dimension("BLOCKS", pqp.blocks, "of four steps whose rows share columns"),
+            *plant.dimensions,
+            Dimension("PERIOD", pqp.period, "turns of an acceleration cycle"),
+        ),
         constants=(
             Constant("gap_limit", tol.gap, "duality gap accepted"),
             Constant("clamp", tol.clamp, "share of a dual an extrapolation must keep"),
@@ -45,10 +60,11 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationPa
             Constant("weight", tol.weight, "share of the largest dual that counts"),
         ),
         tables=(
-            Table("rows_state", qp.rows_state.T, "rows on (v, a, ...), transposed"),
-            Table("rows_columns", pqp.rows_columns, "rows on the commands, transposed"),
-            Table("inverse_columns", pqp.inverse_columns, "H^-1 A', transposed"),
-            Table("absolute", pqp.absolute, "|D|, D = A H^-1 A'"),
+            *plant.tables,
+            Table("inverse", pqp.inverse, "H^-1"),
+            Table("columns", columns, "bound on |D|, D = A H^-1 A'"),
+            Table("at_floor", np.pad(pqp.at_floor, (0, stride - m)), "what it gives at 2 floor"),
+            Table("root_diagonal", pqp.root_diagonal, "of D_ii: weight of a row in its column"),
             Table("diagonal", pqp.diagonal, "D_ii"),
             Table("inverse_diagonal", pqp.inverse_diagonal, "1 / D_ii"),
             Table("phi_diagonal", pqp.phi_diagonal, "phi D_ii of (20)"),
@@ -62,17 +78,11 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationPa
             *(
                 StateField(name, _SCRATCH, size)
                 for name, size in (
-                    ("relative", "REFERENCES"),
-                    ("free_plan", "HORIZON"),
-                    ("correction", "HORIZON"),
-                    ("scratch_plan", "HORIZON"),
-                    ("below", "ROWS"),
-                    ("above", "ROWS"),
-                    ("rows", "ROWS"),
                     ("slack_upper", "ROWS"),
                     ("slack_lower", "ROWS"),
                     ("change", "ROWS"),
-                    ("absolute_sum", "ROWS"),
+                    ("absolute_sum", "STRIDE"),
+                    ("shared", "LINES"),
                     ("scratch", "ROWS"),
                     ("last_upper", "ROWS"),
                     ("last_lower", "ROWS"),
@@ -81,6 +91,7 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances, qp: CondensedQp) -> IterationPa
             ),
         ),
         facts={
+            **plant.facts,
             "active_set": False,
             "period": pqp.coordinates,
             "extrapolates": pqp.extrapolates,
@@ -141,11 +152,23 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
 
 def _stages(rows: StageRows) -> IterationParts:
     responses = np.vstack([rows.impulse, rows.terminal_rows])
+    plant = _plant(rows)
+    return replace(
+        plant,
+        tables=(
+            *plant.tables,
+            Table("responses", responses, "of the rows to the inputs before, from the last one on"),
+            Table("bound_factors", rows.bounds, "of the variables, as rows"),
+        ),
+    )
+
+
+def _plant(rows: StageRows) -> IterationParts:
+    """What it takes to run the plant, forwards and backwards."""
     n = rows.order
     coefficients: list[float] = []
 
-    def terms(matrix: FloatArray, state: str) -> list[list[tuple[int, str]]]:
-        """Of every output, where its coefficients that are not zero are, and of what; -1: one."""
+    def terms(matrix: FloatArray, state: str) -> Terms:
         found = []
         names = [f"{state}{j}" for j in range(n)] + [f"u{j}" for j in range(rows.inputs)]
         for line in matrix.astype(np.float64):
@@ -177,11 +200,19 @@ def _stages(rows: StageRows) -> IterationParts:
         tables=(
             Table("plant", np.array(coefficients), "one step of the plant behind A, line by line"),
             Table("terminal_columns", rows.terminal.T, "terminal rows, transposed"),
-            Table("responses", responses, "of the rows to the inputs before, from the last one on"),
-            Table("bound_factors", rows.bounds, "of the variables, as rows"),
         ),
-        facts={"stages": True, "plant": plant},
+        facts={"stages": True, "plant": plant, "backwards": _backwards(rows, plant)},
     )
+
+
+def _backwards(rows: StageRows, plant: Mapping[str, Terms]) -> Terms:
+    """The lines of the states and rows inside a step, by what their coefficients multiply."""
+    names = [f"x{j}" for j in range(rows.order)] + [f"u{j}" for j in range(rows.inputs)]
+    lines = plant["stage"] + plant["inner"]
+    return [
+        [(at, f"w{o}") for o, line in enumerate(lines) for at, name in line if name == wanted]
+        for wanted in names
+    ]
 
 
 def _diagonal(rows: StageRows) -> FloatArray:

@@ -92,9 +92,11 @@ def design_mpc(
     tol = tolerances(
         precision, solver.margin, solver.gap_tolerance, qp.hessian, limits.fast_range_m
     )
+    rows = stage_rows(qp.stage, qp.stage_terminal, horizon, 3, precision.dtype)
     pqp = pqp_tables(
-        qp.hessian, qp.rows_command, solver.phi, solver.period, solver.cap, tol, precision.dtype
-    )
+        qp.hessian, qp.rows_command, rows, solver.phi, solver.period, solver.cap, tol,
+        precision.dtype, qp.rows_per_step, horizon,
+    )  # fmt: skip
     return MpcDesign(
         prefix=prefix,
         precision=precision,
@@ -106,17 +108,12 @@ def design_mpc(
         pqp=pqp,
         plan_state=cast(-np.linalg.solve(qp.hessian, qp.gradient_state).T, precision),
         plan_reference=cast(-np.linalg.solve(qp.hessian, qp.gradient_reference).T, precision),
-        active_set=_active_set(qp, horizon, tol, solver.cap, precision)
+        active_set=active_set_tables(
+            qp.hessian, qp.rows_command, rows, tol.accept, solver.cap, precision
+        )
         if solver.method == "active_set"
         else None,
     )
-
-
-def _active_set(
-    qp: CondensedQp, horizon: int, tol: QpTolerances, cap: int, precision: Precision
-) -> ActiveSetTables:
-    rows = stage_rows(qp.stage, qp.stage_terminal, horizon, 3, precision.dtype)
-    return active_set_tables(qp.hessian, qp.rows_command, rows, tol.accept, cap, precision)
 
 
 def state_ports(name: str, order: int, limits: AxisLimits) -> tuple[Port, ...]:
@@ -150,9 +147,11 @@ def state_bounds(order: int, limits: AxisLimits) -> FloatArray:
 
 
 def _iteration_parts(design: MpcDesign) -> IterationParts:
-    if design.active_set is None:
-        return pqp_parts(design.pqp, design.tol, design.qp)
-    parts = active_set_parts(design.active_set)
+    parts = (
+        pqp_parts(design.pqp, design.tol)
+        if design.active_set is None
+        else active_set_parts(design.active_set)
+    )
     workspace = (
         ("relative", "REFERENCES"),
         ("start", "ORDER"),

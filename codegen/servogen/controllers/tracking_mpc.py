@@ -26,7 +26,6 @@ class TrackingMpc:
         p = design.precision
         self._a_columns = cast(design.plant.a.T, p)
         self._b = cast(design.plant.b, p)
-        self._rows_state = cast(design.qp.rows_state.T, p)
         self._terminal_reference = cast(design.qp.terminal_reference, p)
         self._terminal_position = cast(design.qp.terminal_position, p)
         self._terminal_bound = cast(design.qp.terminal_bound, p)
@@ -143,7 +142,8 @@ class TrackingMpc:
         below, above = self._bounds(origin, relative, low, high)
         if d.active_set is not None:
             return self._by_active_set(d.active_set, state, free, below, above, reference[-1])
-        rows = matvec(d.pqp.rows_columns, free) + matvec(self._rows_state, rest)
+        start = self._start(state)
+        rows = d.pqp.rows.product(free, start)
         slack_upper, slack_lower = above - rows, rows - below
         shifted = np.append(self.plan[1:], reference[-1])
         if np.all(slack_upper >= 0) and np.all(slack_lower >= 0):
@@ -166,7 +166,7 @@ class TrackingMpc:
             plan = (free - result.correction) + origin
         else:
             plan = shifted
-            status = self._judge(shifted, origin, rest, below, above)
+            status = self._judge(shifted - origin, start, below, above)
         self._accept(state, plan)
         return status, self.plan[0], result.iterations
 
@@ -176,14 +176,12 @@ class TrackingMpc:
     ) -> tuple[Status, np.floating, int]:  # fmt: skip
         """The rest of a step by the active-set method."""
         assert self.work is not None
-        start = state * self._start_scale
-        start[0] = self._real(0.0)
+        start = self._start(state)
         result = solve_active_set(tables, self.work, free, below, above, start)
         status, plan = Status.OK, result.z + state[0]
         if not result.optimal:
             plan = np.append(self.plan[1:], last)
-            rows = tables.rows.product(plan - state[0], start)
-            status = self._kept(rows, below, above)
+            status = self._judge(plan - state[0], start, below, above)
         self._accept(state, plan)
         return status, self.plan[0], result.iterations
 
@@ -204,20 +202,17 @@ class TrackingMpc:
         below[first:] = (-self._terminal_bound - centre) + margin
         return below, above
 
-    def _judge(
-        self,
-        shifted: FloatArray,
-        origin: np.floating,
-        rest: FloatArray,
-        below: FloatArray,
-        above: FloatArray,
-    ) -> Status:
-        """BACKUP where the shifted plan keeps the true bounds from the measured state."""
-        d = self.design
-        rows = matvec(d.pqp.rows_columns, shifted - origin) + matvec(self._rows_state, rest)
-        return self._kept(rows, below, above)
+    def _start(self, state: FloatArray) -> FloatArray:
+        """(n,) what the rows start from: the state in their units, from its own position on."""
+        start = state * self._start_scale
+        start[0] = self._real(0.0)
+        return start
 
-    def _kept(self, rows: FloatArray, below: FloatArray, above: FloatArray) -> Status:
+    def _judge(
+        self, relative: FloatArray, start: FloatArray, below: FloatArray, above: FloatArray
+    ) -> Status:
+        """BACKUP where the plan, relative to the position, keeps the true bounds."""
+        rows = self.design.pqp.rows.product(relative, start)
         margin = self._real(self.design.tol.margin)
         inside = np.all(rows <= above + margin) and np.all(rows >= below - margin)
         return Status.BACKUP if inside else Status.INFEASIBLE

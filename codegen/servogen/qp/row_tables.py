@@ -19,7 +19,7 @@ from servogen.qp.ordered import dot, matvec
 
 
 class RowTables(Protocol):
-    """What the active-set method asks of m rows of N variables."""
+    """What a method asks of m rows of N variables."""
 
     @property
     def count(self) -> int:
@@ -33,6 +33,10 @@ class RowTables(Protocol):
 
     def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """A z, (m,), of ``z`` (N,), with what a plant adds that does not start at rest."""
+        ...
+
+    def adjoint(self, y: FloatArray) -> FloatArray:
+        """A'y, (N,), of ``y`` (m,)."""
         ...
 
     def row(self, i: int) -> FloatArray:
@@ -126,6 +130,26 @@ class StageRows:
                 rows[self.per_step - self.outer.shape[0] :] = matvec(after, np.append(x, u))
         if self.terminal.shape[0]:
             result[self.stages :] = matvec(self.terminal.T, x)
+        return result
+
+    def adjoint(self, y: FloatArray) -> FloatArray:
+        """A'y, (N,): the plant run backwards, driven by what weighs on its outputs."""
+        real, n, b, last = self.stage.dtype, self.order, self.bounds.size, self.outer.shape[0]
+        ahead, result = np.vstack([self.stage, self.inner]), np.empty(self.variables, dtype=real)
+        x = np.zeros(n, dtype=real)
+        if self.terminal.shape[0]:
+            x = matvec(self.terminal, y[self.stages :])
+        for k in range(self.steps - 1, -1, -1):
+            own = y[k * self.per_step : (k + 1) * self.per_step]
+            x[: self.limited] += own[b : b + self.limited]
+            after = np.zeros(n + self.inputs, dtype=real)
+            if last:
+                after = matvec(self.outer, own[self.per_step - last :])
+                x = x + after[:n]
+            before = matvec(ahead, np.append(x, own[b + self.limited : self.per_step - last]))
+            x, u = before[:n], before[n:] + after[n:]
+            u[:b] += self.bounds * own[:b]
+            result[k * self.inputs : (k + 1) * self.inputs] = u
         return result
 
     def row(self, i: int) -> FloatArray:
@@ -234,6 +258,18 @@ class ColumnRows:
         result[:b] = self.bounds * z[:b]
         for column, first, value in zip(self.columns, self.first, z, strict=True):
             result[b + first :] += column[first:] * value
+        return result
+
+    def adjoint(self, y: FloatArray) -> FloatArray:
+        """A'y, (N,)."""
+        b = self.bounds.size
+        result = np.array(
+            [
+                dot(column[first:], y[b + first :])
+                for column, first in zip(self.columns, self.first, strict=True)
+            ]
+        )
+        result[:b] += self.bounds * y[:b]
         return result
 
     def row(self, i: int) -> FloatArray:
