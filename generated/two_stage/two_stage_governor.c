@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from governor.c.jinja; not to be edited.
- * Design db8fd91d3d8e051b68159ff872c16a869a130cbd402e60ea0995d0aedc936ed3.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * Spatial reference governor (14)-(15), both axes
  *
