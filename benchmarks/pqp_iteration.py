@@ -24,7 +24,6 @@ from pathlib import Path
 
 import numpy as np
 
-from servogen.controllers import tracking_mpc
 from servogen.controllers.cascade import Cascade
 from servogen.controllers.cascade_design import CascadeDesign, declare_parts
 from servogen.controllers.mpc_design import MpcDesign
@@ -166,11 +165,11 @@ def iterates(two: TwoStage, cascade: CascadeDesign) -> np.ndarray:
         found.append(np.stack([upper, lower, *slacks]))
         return majorant(tables, upper, lower)
 
-    tracking_mpc.solve, pqp._majorant = solve_watched, turn_watched
+    pqp.solve, pqp._majorant = solve_watched, turn_watched
     try:
         run_closed_loop(two.machine, Cascade(cascade), PERIODS)
     finally:
-        tracking_mpc.solve, pqp._majorant = solve, majorant
+        pqp.solve, pqp._majorant = solve, majorant
     return np.array(found[:: -(-len(found) // MOST)])
 
 
@@ -199,8 +198,9 @@ def measured(name: str) -> bool:
     two = prepare_two_stage(load_project(EXAMPLE), Silent())
     cascade = two.in_precision(PRECISIONS[name])
     loop = iterates(two, cascade)
-    at_worst = np.array(loop[:1])
-    at_worst[:, :2] = 10.0 * mpc_of(cascade).pqp.floor
+    at_worst, tables = np.array(loop[:1]), mpc_of(cascade).solver
+    assert isinstance(tables, pqp.PqpTables)
+    at_worst[:, :2] = 10.0 * tables.floor
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
         write_program(folder, cascade)

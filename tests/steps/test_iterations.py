@@ -18,6 +18,7 @@ from servogen.evidence.bench import Bench
 from servogen.explicit.iteration_certificate import certify_iterations
 from servogen.progress import Silent
 from servogen.project import load_project
+from servogen.qp.pqp import pqp_tables
 from servogen.steps import two_stage_iterations as own
 from servogen.steps.check import bench_of
 from servogen.steps.findings import step_finding
@@ -88,7 +89,7 @@ def design(prepared: Prepared) -> MpcDesign:
 
 
 def capped(design: MpcDesign, cap: int) -> MpcDesign:
-    return replace(design, pqp=replace(design.pqp, cap=cap))
+    return replace(design, solver=replace(design.solver, cap=cap))
 
 
 def test_the_controllers_program_is_certified_over_all_that_it_may_be_given(
@@ -154,7 +155,12 @@ def test_what_is_not_finished_or_not_tried_is_measured_and_says_so(design: MpcDe
     told = own._finding([own.Program(design, part, part)], {"closed loop": LOOP}, BENCH)
     assert told.measured
     assert told.summary.startswith("not certified: from a cold start not finished")
-    pqp = own._certified(replace(design, active_set=None), Silent())
+    qp = design.qp
+    tables = pqp_tables(
+        qp.hessian, qp.rows_command, design.solver.rows, 0.1, 6, 20, design.tol, np.dtype(float),
+        qp.rows_per_step, design.horizon,
+    )  # fmt: skip
+    pqp = own._certified(replace(design, solver=tables), Silent())
     told = own._finding([pqp], {"closed loop": LOOP}, BENCH)
     assert told.measured
     assert told.summary == (

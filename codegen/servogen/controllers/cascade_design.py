@@ -75,7 +75,7 @@ def _step_outputs(design: CascadeDesign) -> tuple[Port, ...]:
     """Bounded whatever came in: commands by a clamp, counts by the queue of the fast stage."""
     limits, points = design.governor.limits, design.governor.points
     reaches = [limit.position_m * POSITION_FACTOR for limit in limits]
-    caps = [m.pqp.cap for m in design.mpc] if design.mpc else [0, 0]
+    caps = [m.solver.cap for m in design.mpc] if design.mpc else [0, 0]
     counts = (
         ("points_taken", "points to drop from the front of the path", points),
         ("interval_points", "points of the interval that begins", points),

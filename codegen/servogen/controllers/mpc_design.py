@@ -23,7 +23,7 @@ from servogen.precision import FloatArray, Precision
 from servogen.qp.condense import CondensedQp, TrackingWeights, condense
 from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
 from servogen.qp.pqp import PqpTables, pqp_tables
-from servogen.qp.row_tables import stage_rows
+from servogen.qp.row_tables import StageRows, stage_rows
 from servogen.qp.tolerances import QpTolerances, tolerances
 from servogen.sets.admissible import AdmissibleSet
 from servogen.sets.constraints import AxisLimits
@@ -54,7 +54,7 @@ class SolverSettings:
 class MpcDesign:
     """One axis's tracking MPC: the program, its tables in the target precision, its plant.
 
-    ``active_set``: tables of that method where it is the one emitted, else None.
+    ``solver``: the tables of the method that is emitted.
     """
 
     prefix: str
@@ -64,10 +64,9 @@ class MpcDesign:
     horizon: int
     qp: CondensedQp
     tol: QpTolerances
-    pqp: PqpTables
+    solver: PqpTables | ActiveSetTables
     plan_state: FloatArray  # (n-1, N) transposed: z_unc on x'
     plan_reference: FloatArray  # (N+1, N) transposed: z_unc on r - p
-    active_set: ActiveSetTables | None = None
 
     @property
     def rows(self) -> int:
@@ -93,10 +92,6 @@ def design_mpc(
         precision, solver.margin, solver.gap_tolerance, qp.hessian, limits.fast_range_m
     )
     rows = stage_rows(qp.stage, qp.stage_terminal, horizon, 3, precision.dtype)
-    pqp = pqp_tables(
-        qp.hessian, qp.rows_command, rows, solver.phi, solver.period, solver.cap, tol,
-        precision.dtype, qp.rows_per_step, horizon,
-    )  # fmt: skip
     return MpcDesign(
         prefix=prefix,
         precision=precision,
@@ -105,15 +100,24 @@ def design_mpc(
         horizon=horizon,
         qp=qp,
         tol=tol,
-        pqp=pqp,
+        solver=_solver_tables(qp, rows, solver, tol, precision),
         plan_state=cast(-np.linalg.solve(qp.hessian, qp.gradient_state).T, precision),
         plan_reference=cast(-np.linalg.solve(qp.hessian, qp.gradient_reference).T, precision),
-        active_set=active_set_tables(
+    )
+
+
+def _solver_tables(
+    qp: CondensedQp, rows: StageRows, solver: SolverSettings, tol: QpTolerances,
+    precision: Precision,
+) -> PqpTables | ActiveSetTables:  # fmt: skip
+    if solver.method == "active_set":
+        return active_set_tables(
             qp.hessian, qp.rows_command, rows, tol.accept, solver.cap, precision
         )
-        if solver.method == "active_set"
-        else None,
-    )
+    return pqp_tables(
+        qp.hessian, qp.rows_command, rows, solver.phi, solver.period, solver.cap, tol,
+        precision.dtype, qp.rows_per_step, rows.variables,
+    )  # fmt: skip
 
 
 def state_ports(name: str, order: int, limits: AxisLimits) -> tuple[Port, ...]:
@@ -148,9 +152,9 @@ def state_bounds(order: int, limits: AxisLimits) -> FloatArray:
 
 def _iteration_parts(design: MpcDesign) -> IterationParts:
     parts = (
-        pqp_parts(design.pqp, design.tol)
-        if design.active_set is None
-        else active_set_parts(design.active_set)
+        active_set_parts(design.solver)
+        if isinstance(design.solver, ActiveSetTables)
+        else pqp_parts(design.solver, design.tol)
     )
     workspace = (
         ("relative", "REFERENCES"),
@@ -207,7 +211,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
         "iterates evaluated; 0: none needed",
         integer=True,
         low=0,
-        high=design.pqp.cap,
+        high=design.solver.cap,
     )
     return Declaration(
         kind="mpc",
@@ -222,7 +226,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             Dimension("ROWS", m, "two-sided rows of (19b)"),
             Dimension("ROWS_PER_STEP", design.qp.rows_per_step, "position, velocity, ..."),
             Dimension("TERMINAL_ROWS", design.qp.terminal_rows, "of (16g), not implied"),
-            Dimension("ITERATION_CAP", design.pqp.cap, "iterations at the most"),
+            Dimension("ITERATION_CAP", design.solver.cap, "iterations at the most"),
             *iteration.dimensions,
         ),
         constants=(

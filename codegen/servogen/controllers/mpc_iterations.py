@@ -6,6 +6,7 @@ import numpy as np
 
 from servogen.controllers.mpc_design import MpcDesign, state_ports
 from servogen.explicit.iteration_program import IterationProgram
+from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.qp.parametric import parameter_box
 
 # Without a limit of their own there is no set of parameters to certify: position, velocity and
@@ -18,9 +19,9 @@ def mpc_program(design: MpcDesign) -> IterationProgram | None:
     ones: each within its declared range. None where PQP iterates or the state has components
     without a limit.
     """
-    tables = design.active_set
+    tables = design.solver
     n, horizon, qp, limits = design.plant.order, design.horizon, design.qp, design.limits
-    if tables is None or n > LIMITED_STATES:
+    if not isinstance(tables, ActiveSetTables) or n > LIMITED_STATES:
         return None
     p = n + (horizon + 1) + 2 * horizon
     unit = np.eye(p + 1)

@@ -9,11 +9,9 @@ import numpy as np
 from servogen.controllers.arithmetic import cast, check_port
 from servogen.controllers.design import Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_bounds
+from servogen.controllers.mpc_solver import mpc_solver
 from servogen.precision import FloatArray
-from servogen.qp.dual_active_set import ActiveSetTables, WorkingSet, empty_set
-from servogen.qp.dual_active_set import solve as solve_active_set
 from servogen.qp.ordered import matvec
-from servogen.qp.pqp import shift_duals, solve
 
 
 class TrackingMpc:
@@ -35,14 +33,7 @@ class TrackingMpc:
         self.plan = np.zeros(design.horizon, dtype=p.dtype)
         self.predicted = np.zeros(design.plant.order, dtype=p.dtype)
         self._start_scale = cast(1.0 / design.qp.state_scale, p)
-        self._cold()
-
-    def _cold(self) -> None:
-        """Forget what the last program left to the next."""
-        active = self.design.active_set
-        self.upper = np.array(self.design.pqp.floor)
-        self.lower = np.array(self.design.pqp.floor)
-        self.work: WorkingSet | None = None if active is None else empty_set(active)
+        self.solver = mpc_solver(design)
 
     def call(
         self, operation: str, inputs: Mapping[str, Value] | None = None
@@ -101,7 +92,7 @@ class TrackingMpc:
         self.plan = np.full(self.design.horizon, where, dtype=self._real)
         self.predicted = np.zeros_like(self.predicted)
         self.predicted[0] = where
-        self._cold()
+        self.solver.forget()
         return status
 
     def advance(self, state: FloatArray, command: np.floating) -> FloatArray:
@@ -140,57 +131,23 @@ class TrackingMpc:
         relative = reference - origin
         free = matvec(d.plan_state, rest) + matvec(d.plan_reference, relative)
         below, above = self._bounds(origin, relative, low, high)
-        if d.active_set is not None:
-            return self._by_active_set(d.active_set, state, free, below, above, reference[-1])
         start = self._start(state)
-        rows = d.pqp.rows.product(free, start)
-        slack_upper, slack_lower = above - rows, rows - below
-        shifted = np.append(self.plan[1:], reference[-1])
-        if np.all(slack_upper >= 0) and np.all(slack_lower >= 0):
-            self.upper = np.array(d.pqp.floor)
-            self.lower = np.array(d.pqp.floor)
-            self._accept(state, free + origin)
-            return Status.OK, self.plan[0], 0
-        per_step, terminal = d.qp.rows_per_step, d.qp.terminal_rows
-        result = solve(
-            d.pqp,
-            d.tol,
-            slack_upper,
-            slack_lower,
-            shift_duals(self.upper, per_step, terminal, d.pqp.floor),
-            shift_duals(self.lower, per_step, terminal, d.pqp.floor),
-        )
-        self.upper, self.lower = result.upper, result.lower
-        if result.feasible:
-            status = Status.OK if result.converged else Status.SUBOPTIMAL
-            plan = (free - result.correction) + origin
+        answer = self.solver.solve(free, start, below, above)
+        status = answer.status
+        if answer.z is not None:
+            plan = answer.z + origin
         else:
-            plan = shifted
-            status = self._judge(shifted - origin, start, below, above)
+            plan = np.append(self.plan[1:], reference[-1])
+            status = self._judge(plan - origin, start, below, above)
         self._accept(state, plan)
-        return status, self.plan[0], result.iterations
-
-    def _by_active_set(
-        self, tables: ActiveSetTables, state: FloatArray, free: FloatArray, below: FloatArray,
-        above: FloatArray, last: np.floating,
-    ) -> tuple[Status, np.floating, int]:  # fmt: skip
-        """The rest of a step by the active-set method."""
-        assert self.work is not None
-        start = self._start(state)
-        result = solve_active_set(tables, self.work, free, below, above, start)
-        status, plan = Status.OK, result.z + state[0]
-        if not result.optimal:
-            plan = np.append(self.plan[1:], last)
-            status = self._judge(plan - state[0], start, below, above)
-        self._accept(state, plan)
-        return status, self.plan[0], result.iterations
+        return status, self.plan[0], answer.iterations
 
     def _bounds(
         self, origin: np.floating, relative: FloatArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bounds of the rows (m,), drawn in by the margin."""
         real, d = self._real, self.design
-        m = d.pqp.diagonal.size
+        m = d.rows
         per_step, first = d.qp.rows_per_step, m - d.qp.terminal_rows
         scale, margin = real(1.0 / d.limits.fast_range_m), real(d.tol.margin)
         above = np.ones(m, dtype=real) - margin
@@ -212,7 +169,7 @@ class TrackingMpc:
         self, relative: FloatArray, start: FloatArray, below: FloatArray, above: FloatArray
     ) -> Status:
         """BACKUP where the plan, relative to the position, keeps the true bounds."""
-        rows = self.design.pqp.rows.product(relative, start)
+        rows = self.design.solver.rows.product(relative, start)
         margin = self._real(self.design.tol.margin)
         inside = np.all(rows <= above + margin) and np.all(rows >= below - margin)
         return Status.BACKUP if inside else Status.INFEASIBLE

@@ -142,7 +142,7 @@ def _feed(data: ReportData) -> Figure:
     titles = ["feed ratio η/M [1]"]
     shape_more: dict[str, Any] = {}
     if data.design.mpc:
-        cap = data.design.mpc[0].pqp.cap
+        cap = data.design.mpc[0].solver.cap
         titles.append("iterations [1]")
         for i, axis in enumerate(AXES):
             shown = np.maximum(run.iterations[:, i], _ZERO)

@@ -19,6 +19,7 @@ from servogen.controllers.fast_stage import FastStage
 from servogen.controllers.governor_design import AXES, GovernorDesign
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign
 from servogen.precision import FloatArray
+from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.sets.constraints import AxisLimits
 from servogen.sil.edges import random_inputs
 from servogen.sil.harness import Call
@@ -179,7 +180,8 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
             _cut(design, rng, state, path, low, high)
         step = Call("step", {**inputs, "reference": path, "low": low, "high": high})
         yield step
-        if design.active_set is not None:  # begun with the right set, and with another program's
+        if isinstance(design.solver, ActiveSetTables):
+            # begun with the right set, and with another program's
             yield step
             yield before or step
             before = step

@@ -15,6 +15,7 @@ from servogen.evidence.finding import Finding
 from servogen.explicit.iteration_certificate import IterationCertificate, certify_iterations
 from servogen.precision import FloatArray, IntArray
 from servogen.progress import Progress
+from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call
@@ -83,7 +84,7 @@ class Program:
         cold, warm = _told(self.cold, "from a cold start"), ""
         if self.warm is not None:
             warm = "; " + _told(self.warm, "after any other call")
-        cap, bound = self.design.pqp.cap, self.proved
+        cap, bound = self.design.solver.cap, self.proved
         if bound is None:
             return f"not certified: {cold}{warm}"
         below = f"; the cap of {cap} is BELOW it, the backup acts there" if cap < bound else ""
@@ -122,7 +123,7 @@ def iterations_finding(
 
 
 def _finding(programs: Sequence[Program], taken: Mapping[str, Taken], bench: Bench) -> Finding:
-    cap = programs[0].design.pqp.cap
+    cap = programs[0].design.solver.cap
     told = {p.design.prefix: p.sentence() for p in programs}
     figures = {name: own.figures() for name, own in taken.items()}
     loop = figures["closed loop"]
@@ -184,7 +185,7 @@ def _different(designs: Iterable[MpcDesign]) -> list[MpcDesign]:
 
 
 def _certified(design: MpcDesign, progress: Progress) -> Program:
-    if design.active_set is None:
+    if not isinstance(design.solver, ActiveSetTables):
         return Program(design, why="PQP has no bound but its cap")
     if design.horizon > LONGEST_HORIZON:
         told = f"a horizon of {design.horizon}, beyond {LONGEST_HORIZON}, has too many pieces"
