@@ -108,15 +108,15 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
     """
     rows = tables.rows
     n = rows.variables
-    lines = sum(4 * (j // 4) + 4 for j in range(n))
+    inverse = -(tables.inverse[np.tril_indices(n)] if tables.triangle else tables.inverse)
     assert isinstance(rows, StageRows | ColumnRows)
     own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows)
     return IterationParts(
         told="dual active-set method",
         dimensions=(
             Dimension("VARIABLES", n, "of the program"),
-            Dimension("FACTOR", lines + n, "L of the working set, and the row that enters"),
-            *([Dimension("VECTORS", n * n, "H^-1 a of the working set")] if tables.stores else []),
+            Dimension("FACTOR", n * (n + 1) // 2, "L of the working set, and the row that enters"),
+            *([Dimension("VECTORS", n * n, "-H^-1 a of the working set")] if tables.stores else []),
             Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
             *own.dimensions,
         ),
@@ -127,7 +127,7 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             Constant("small", float(tables.small), "bound of what it divides by"),
         ),
         tables=(
-            Table("minus_inverse", -tables.inverse, "-H^-1: the unconstrained optimum on f"),
+            Table("minus_inverse", inverse, "-H^-1: the unconstrained optimum on f"),
             *own.tables,
         ),
         state=(
@@ -135,8 +135,8 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             StateField("missed", "what its rows miss of their bounds", "VARIABLES"),
             StateField("pivots", "1 / D", "VARIABLES"),
             StateField("square", "a'H^-1 a", "VARIABLES"),
-            StateField("factor", "L below its diagonal, four lines of equal length each", "FACTOR"),
-            *([StateField("vectors", "H^-1 a", "VECTORS")] if tables.stores else []),
+            StateField("factor", "L below its diagonal, line after line", "FACTOR"),
+            *([StateField("vectors", "-H^-1 a", "VECTORS")] if tables.stores else []),
             StateField("row", "rows of the working set", "VARIABLES", type="int32_t"),
             StateField("side", "1 upper, -1 lower", "VARIABLES", type="int32_t"),
             *(
@@ -146,7 +146,13 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             ),
             StateField("size", "rows in the working set", type="int32_t"),
         ),
-        facts={"active_set": True, "scaled": scaled, "stores": tables.stores, **own.facts},
+        facts={
+            "active_set": True,
+            "scaled": scaled,
+            "stores": tables.stores,
+            "triangle": tables.triangle,
+            **own.facts,
+        },
     )
 
 
