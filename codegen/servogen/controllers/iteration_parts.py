@@ -99,18 +99,18 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances) -> IterationParts:
     )
 
 
-def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> IterationParts:
+def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -> IterationParts:
     """Of the dual active-set method on rows of either kind.
 
     The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP, ROWS_PER_STEP,
-    TERMINAL_ROWS and, with rows of a plant, ORDER. ``scaled``: it declares a table ``scale`` too,
-    which the bounds it hands over are to be multiplied with.
+    TERMINAL_ROWS and, with rows of a plant, ORDER. ``scale``: of a table of that name that it
+    declares too, which the bounds it hands over are to be multiplied with; None: with nothing.
     """
     rows = tables.rows
     n = rows.variables
     inverse = -(tables.inverse[np.tril_indices(n)] if tables.triangle else tables.inverse)
     assert isinstance(rows, StageRows | ColumnRows)
-    own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows)
+    own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows, scale)
     return IterationParts(
         told="dual active-set method",
         dimensions=(
@@ -148,7 +148,7 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
         ),
         facts={
             "active_set": True,
-            "scaled": scaled,
+            "scaled": scale is not None,
             "stores": tables.stores,
             "triangle": tables.triangle,
             **own.facts,
@@ -228,8 +228,10 @@ def _diagonal(rows: StageRows) -> FloatArray:
     return wide
 
 
-def _columns(rows: ColumnRows) -> IterationParts:
+def _columns(rows: ColumnRows, scale: FloatArray | None) -> IterationParts:
     n, dense = rows.columns.shape
+    # a bound of one variable by itself, z_i <= b, is scaled as its row is
+    shared = scale is not None and np.array_equal(rows.bounds, scale[: rows.bounds.size])
     starts = [*range(0, n - n % 4, 4), *range(n - n % 4, n)]
     ends = [*starts[1:], n]
     # four columns side by side share one pass over the rows, from the first one's beginning on
@@ -247,8 +249,12 @@ def _columns(rows: ColumnRows) -> IterationParts:
         ),
         tables=(
             Table("columns", np.concatenate(packed), "their columns, four at a time"),
-            Table("first", first, "where these begin", integer=True),
-            Table("bound_factors", rows.bounds, "of the variables, as rows"),
+            *([Table("first", first, "where these begin", integer=True)] if dense else []),
+            *([] if shared else [Table("bound_factors", rows.bounds, "of the variables, as rows")]),
         ),
-        facts={"stages": False, "first": [int(i) for i in first]},
+        facts={
+            "stages": False,
+            "first": [int(i) for i in first],
+            "factors": "scale" if shared else "bound_factors",
+        },
     )
