@@ -209,7 +209,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "side of an entering row": swap(
         "side = 1;\n                    }", "side = -1;\n                    }"
     ),
-    "side of a product": swap("(side == self->side[j]) ? along : -along", "along"),
+    "side of a product": swap("(side == self->side[j]) ? -along : along", "-along"),
     "upper and lower side missed": swap("(self->side[j] > 0) ?", "(self->side[j] < 0) ?"),
     "side of a multiplier": swap("? dual[j] : -dual[j]", "? dual[j] : dual[j]"),
     "bounds the other way round": swap(
@@ -239,7 +239,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "sg_status status = SG_BACKUP;\n    int32_t entering",
         "sg_status status = SG_OK;\n    int32_t entering",
     ),
-    "lines of L": swap("(j - (2 * g)), 0", "(j - g), 0"),
+    "lines of L": swap("(j * (j - 1)) / 2, 0", "(j * j) / 2, 0"),
     "a kept set taken as it is": swap(
         "if ((dropped & kept) == 1) {", "if ((dropped & kept) == 2) {"
     ),

@@ -60,20 +60,22 @@ def program(kind: str, n: int, m: int, seed: int) -> tuple[Array, Array]:
 
 
 def plant(precision: str, inputs: int) -> tuple[Array, RowTables]:
-    """H and rows of a plant of three states: all kinds of them with two inputs, few with one."""
+    """H and rows of a plant of three states: all kinds of them with two inputs, few with one, and
+    fewer than variables with three, but for their bounds."""
     rng = np.random.default_rng(inputs)
     stage = rng.normal(size=(4, 3 + inputs)) * 0.5
     stage[1, 0], stage[2, 2] = 0.0, 1.0
     outer = np.zeros((2, 3 + inputs))
     outer[0, 0], outer[1, 1:] = 2.0, 1.0
-    own = (
-        stage_rows(
-            stage, rng.normal(size=(2, 3)), 4, 2, PRECISIONS[precision].dtype, 2, outer,
-            np.array([1.0, 0.5]),
-        )
-        if inputs == 2
-        else stage_rows(stage[:3], np.zeros((0, 3)), 6, 3, PRECISIONS[precision].dtype)
-    )  # fmt: skip
+    real, none = PRECISIONS[precision].dtype, np.zeros((0, 3))
+    match inputs:
+        case 1:
+            own = stage_rows(stage[:3], none, 6, 3, real)
+        case 2:
+            end, bounds = rng.normal(size=(2, 3)), np.array([1.0, 0.5])
+            own = stage_rows(stage, end, 4, 2, real, 2, outer, bounds)
+        case _:
+            own = stage_rows(stage[:3], none, 4, 1, real, 3, bounds=np.array([1.0, 0.5, 2.0]))
     square = rng.normal(size=(own.variables, own.variables))
     return square @ square.T + 0.1 * np.eye(own.variables), own
 
@@ -88,7 +90,9 @@ PROGRAMS = {
     for i, kind in enumerate(KINDS)
     for j, (n, m) in enumerate(SIZES[i % 2])
 }
-PLANTS = {"one_input": 1, "two_inputs": 2}
+PLANTS = {"one_input": 1, "two_inputs": 2, "three_inputs": 3}
+# Rows that are no bounds: as many as variables, and fewer, where less is stored.
+FEW = {"box_10": ("box", 10, 20, 70), "box_13": ("box", 13, 20, 71), "few_9": ("random", 9, 8, 72)}
 # One iteration is enough for one row, two for two.
 CAPPED = {"cap_1": 1, "cap_2": 2, "cap_3": 3}
 
@@ -100,7 +104,7 @@ def designs(precision: str) -> dict[str, QpSolverDesign]:
         name: design_qp_solver(
             name, real, *program(kind, n, m, seed), CAP, accept, bounds=n if kind == "box" else 0
         )
-        for name, (kind, n, m, seed) in PROGRAMS.items()
+        for name, (kind, n, m, seed) in (PROGRAMS | FEW).items()
     }
     for name, inputs in PLANTS.items():
         hessian, own = plant(precision, inputs)
@@ -187,6 +191,15 @@ def test_a_hundred_thousand_programs_are_daqps() -> None:
     assert seen[Status.BACKUP] <= 10
 
 
+@pytest.mark.parametrize("name", FEW)
+def test_programs_of_few_rows_are_daqps(name: str) -> None:
+    given = random_inputs(name, "float64", 1000, 7)
+    out, status = run_all(name, given)
+    Oracle(*program(*FEW[name])).judge(status, out["z"], given)
+    assert np.count_nonzero(status == Status.OK) > 500
+    assert not np.any(status == Status.BACKUP)
+
+
 @pytest.mark.parametrize("name", PLANTS)
 def test_programs_of_a_plant_are_daqps(name: str) -> None:
     given = random_inputs(name, "float64", 1000, 6)
@@ -211,7 +224,7 @@ def run_all(name: str, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return out, np.array(status)
 
 
-@pytest.mark.parametrize("name", ["box_7", "triangle_20", "two_inputs"])
+@pytest.mark.parametrize("name", ["box_7", "box_13", "triangle_20", "two_inputs"])
 def test_the_work_of_a_call_is_counted(name: str) -> None:
     """Rows of all kinds: every loop has a bound that is known, the iterations are told apart."""
     package = emit_package("programs", (declare_qp_solver(designs("float64")[name]),))

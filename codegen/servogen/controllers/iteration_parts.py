@@ -99,24 +99,24 @@ def pqp_parts(pqp: PqpTables, tol: QpTolerances) -> IterationParts:
     )
 
 
-def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> IterationParts:
+def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -> IterationParts:
     """Of the dual active-set method on rows of either kind.
 
     The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP, ROWS_PER_STEP,
-    TERMINAL_ROWS and, with rows of a plant, ORDER. ``scaled``: it declares a table ``scale`` too,
-    which the bounds it hands over are to be multiplied with.
+    TERMINAL_ROWS and, with rows of a plant, ORDER. ``scale``: of a table of that name that it
+    declares too, which the bounds it hands over are to be multiplied with; None: with nothing.
     """
     rows = tables.rows
     n = rows.variables
-    lines = sum(4 * (j // 4) + 4 for j in range(n))
+    inverse = -(tables.inverse[np.tril_indices(n)] if tables.triangle else tables.inverse)
     assert isinstance(rows, StageRows | ColumnRows)
-    own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows)
+    own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows, scale)
     return IterationParts(
         told="dual active-set method",
         dimensions=(
             Dimension("VARIABLES", n, "of the program"),
-            Dimension("FACTOR", lines + n, "L of the working set, and the row that enters"),
-            *([Dimension("VECTORS", n * n, "H^-1 a of the working set")] if tables.stores else []),
+            Dimension("FACTOR", n * (n + 1) // 2, "L of the working set, and the row that enters"),
+            *([Dimension("VECTORS", n * n, "-H^-1 a of the working set")] if tables.stores else []),
             Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
             *own.dimensions,
         ),
@@ -127,7 +127,7 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             Constant("small", float(tables.small), "bound of what it divides by"),
         ),
         tables=(
-            Table("minus_inverse", -tables.inverse, "-H^-1: the unconstrained optimum on f"),
+            Table("minus_inverse", inverse, "-H^-1: the unconstrained optimum on f"),
             *own.tables,
         ),
         state=(
@@ -135,8 +135,8 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             StateField("missed", "what its rows miss of their bounds", "VARIABLES"),
             StateField("pivots", "1 / D", "VARIABLES"),
             StateField("square", "a'H^-1 a", "VARIABLES"),
-            StateField("factor", "L below its diagonal, four lines of equal length each", "FACTOR"),
-            *([StateField("vectors", "H^-1 a", "VECTORS")] if tables.stores else []),
+            StateField("factor", "L below its diagonal, line after line", "FACTOR"),
+            *([StateField("vectors", "-H^-1 a", "VECTORS")] if tables.stores else []),
             StateField("row", "rows of the working set", "VARIABLES", type="int32_t"),
             StateField("side", "1 upper, -1 lower", "VARIABLES", type="int32_t"),
             *(
@@ -146,7 +146,13 @@ def active_set_parts(tables: ActiveSetTables, scaled: bool = False) -> Iteration
             ),
             StateField("size", "rows in the working set", type="int32_t"),
         ),
-        facts={"active_set": True, "scaled": scaled, "stores": tables.stores, **own.facts},
+        facts={
+            "active_set": True,
+            "scaled": scale is not None,
+            "stores": tables.stores,
+            "triangle": tables.triangle,
+            **own.facts,
+        },
     )
 
 
@@ -222,8 +228,10 @@ def _diagonal(rows: StageRows) -> FloatArray:
     return wide
 
 
-def _columns(rows: ColumnRows) -> IterationParts:
+def _columns(rows: ColumnRows, scale: FloatArray | None) -> IterationParts:
     n, dense = rows.columns.shape
+    # a bound of one variable by itself, z_i <= b, is scaled as its row is
+    shared = scale is not None and np.array_equal(rows.bounds, scale[: rows.bounds.size])
     starts = [*range(0, n - n % 4, 4), *range(n - n % 4, n)]
     ends = [*starts[1:], n]
     # four columns side by side share one pass over the rows, from the first one's beginning on
@@ -241,8 +249,12 @@ def _columns(rows: ColumnRows) -> IterationParts:
         ),
         tables=(
             Table("columns", np.concatenate(packed), "their columns, four at a time"),
-            Table("first", first, "where these begin", integer=True),
-            Table("bound_factors", rows.bounds, "of the variables, as rows"),
+            *([Table("first", first, "where these begin", integer=True)] if dense else []),
+            *([] if shared else [Table("bound_factors", rows.bounds, "of the variables, as rows")]),
         ),
-        facts={"stages": False, "first": [int(i) for i in first]},
+        facts={
+            "stages": False,
+            "first": [int(i) for i in first],
+            "factors": "scale" if shared else "bound_factors",
+        },
     )

@@ -123,7 +123,7 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
     t, rows = design.tables, design.tables.rows
     n, m, far = rows.variables, rows.count, LARGEST[design.precision.name]
     scaled = bool(np.any(design.scale != 1.0))
-    parts = active_set_parts(t, scaled)
+    parts = active_set_parts(t, design.scale if scaled else None)
     rest: tuple[StateField, ...] = ()
     if isinstance(rows, StageRows):
         rest = (StateField("start", "the plant behind the rows is at rest", "ORDER"),)

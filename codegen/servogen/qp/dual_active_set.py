@@ -51,9 +51,11 @@ class ActiveSetTables:
             divided by: bounds for the proof of the emitted C.
         accept: violation of a bound that is accepted.
         cap: iterations.
-        stores: whether H^-1 a of the rows of the set is kept. Where half of the rows bound single
-            variables it is not worth its N^2 numbers: z is one product with H^-1 away from the
+        stores: whether H^-1 a of the rows of the set is kept: N^2 numbers, worth it where more than
+            N rows do not bound single variables. Else z is one product with H^-1 away from the
             multipliers.
+        triangle: whether the emitted C keeps one triangle of H^-1 only, where fewer than N rows do
+            not bound single variables; a product with it costs about twice as much.
         keep: a working set of at least so many rows stays as it is at the next call, factor and
             all; a smaller one is shifted by one sample and factored anew.
     """
@@ -68,6 +70,7 @@ class ActiveSetTables:
     accept: np.floating
     cap: int
     stores: bool
+    triangle: bool
     keep: int
 
 
@@ -103,8 +106,8 @@ def active_set_tables(
         small=real(1.0 / LARGE[precision.name]),
         accept=real(accept),
         cap=cap,
-        stores=2 * sum(rows.begin(i) + 1 == rows.row(i).size for i in range(rows.count))
-        < rows.count,
+        stores=rows.count - rows.alone > rows.variables,
+        triangle=rows.count - rows.alone < rows.variables,
         keep=max(1, rows.variables // 2),
     )
 

@@ -31,6 +31,11 @@ class RowTables(Protocol):
         """N."""
         ...
 
+    @property
+    def alone(self) -> int:
+        """How many are declared as bounds of single variables."""
+        ...
+
     def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """A z, (m,), of ``z`` (N,), with what a plant adds that does not start at rest."""
         ...
@@ -111,6 +116,11 @@ class StageRows:
     def variables(self) -> int:
         """N."""
         return self.steps * self.inputs
+
+    @property
+    def alone(self) -> int:
+        """Bounds of all steps."""
+        return self.steps * int(self.bounds.size)
 
     def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """A z + what the state ``start`` (n,) adds, (m,)."""
@@ -249,6 +259,11 @@ class ColumnRows:
     def variables(self) -> int:
         """N."""
         return int(self.columns.shape[0])
+
+    @property
+    def alone(self) -> int:
+        """The first rows."""
+        return int(self.bounds.size)
 
     def product(self, z: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """A z, (m,); there is no plant to start."""
