@@ -313,10 +313,10 @@ def test_a_point_on_its_bound_is_inside_and_one_beyond_what_is_accepted_is_not()
     np.testing.assert_allclose(z, [0.5, 0.0, 0.0], atol=1e-15)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1.1e100, -1.1e100])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1.1e90, -1.1e90])
 @pytest.mark.parametrize("port", ["linear", "low", "high"])
 def test_an_input_that_is_none_leaves_the_last_answer(port: str, value: float) -> None:
-    for precision, far in (("float64", 1.0), ("float32", 1e-88)):
+    for precision, far in (("float64", 1.0), ("float32", 1e-81)):
         name = "two_inputs"
         reference, controller = QpSolver(designs(precision)[name]), in_c(name, precision)
         given = next(as_calls(random_inputs(name, precision, 2, 9))).inputs
@@ -342,7 +342,7 @@ def test_the_largest_inputs_are_taken() -> None:
     """The quick question says no, the exact one says yes."""
     controller = in_c("cap_3")
     controller.call("reset")
-    far = np.full(4, 1e100)
+    far = np.full(4, 1e90)
     assert step(controller, [0.5, 0.0, 0.0], -far, far)[0] is Status.OK
     beyond = np.nextafter(far, np.inf)
     assert step(controller, [0.5, 0.0, 0.0], -far, beyond)[0] is Status.OUT_OF_RANGE

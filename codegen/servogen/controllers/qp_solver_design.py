@@ -23,9 +23,10 @@ from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
 from servogen.qp.tolerances import CONVEXITY
 
-# No input is beyond it, so that the square of a sum of them stays a number. For a bound that is not
-# there a millionth of it is far enough, and is seen to be in range without a look at every input.
-LARGEST = {"float64": 1e100, "float32": 1e12}
+# No input is beyond it: what is made of them stays below LARGE, and squares are numbers. For a
+# bound that is not there a thousandth is far enough, and is seen to be in range without a look at
+# every input.
+LARGEST = {"float64": 1e90, "float32": 1e9}
 
 
 @dataclass(frozen=True)
