@@ -267,7 +267,8 @@ class _Search:
                 )
             )  # fmt: skip
         if self.warm:
-            self._meet(self.paths.next_start(place.sides), node.start, theta, node.radius)
+            left = place.sides if ending != "infeasible" else ()
+            self._meet(self.paths.next_start(left), node.start, theta, node.radius)
 
     def _remember(self, node: _Node) -> None:
         """The longest ways, the roomiest first."""

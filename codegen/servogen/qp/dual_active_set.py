@@ -32,7 +32,7 @@ import numpy as np
 from servogen.precision import FloatArray, Precision
 from servogen.qp.ordered import dot, matvec
 from servogen.qp.row_tables import RowTables
-from servogen.qp.tolerances import DEPENDENT, FALLS, LARGE
+from servogen.qp.tolerances import DEPENDENT, DOUBT, FALLS, LARGE
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class ActiveSetTables:
         falls: share of its norm by which a row must hold another one to fall with it.
         large, small: what the factor and the multipliers are kept within, and from what on is
             divided by: bounds for the proof of the emitted C.
+        doubt: times the reach of the rows: points so far away are taken for none.
         accept: violation of a bound that is accepted.
         cap: iterations.
         stores: whether H^-1 a of the rows of the set is kept: N^2 numbers, worth it where more than
@@ -65,6 +66,7 @@ class ActiveSetTables:
     norm: FloatArray
     dependent: np.floating
     falls: np.floating
+    doubt: np.floating
     large: np.floating
     small: np.floating
     accept: np.floating
@@ -102,6 +104,7 @@ def active_set_tables(
         norm=rounded(norm),
         dependent=real(DEPENDENT[precision.name]),
         falls=real(FALLS[precision.name]),
+        doubt=real(DOUBT),
         large=real(LARGE[precision.name]),
         small=real(1.0 / LARGE[precision.name]),
         accept=real(accept),
@@ -196,7 +199,8 @@ class _Method:
         self.real = tables.inverse.dtype.type
         self.zero, self.one = self.real(0.0), self.real(1.0)
         self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
-        self.square = self.zero  # a'H^-1 a of the row that ``append`` was asked for last
+        # of the row that ``append`` was asked for last: a'H^-1 a, and what the set leaves of it
+        self.square = self.left = self.zero
 
     def worst(self, rows: FloatArray) -> tuple[int, int] | None:
         """Row and side of the largest violation beyond ``accept``; of equal ones the first row,
@@ -223,7 +227,7 @@ class _Method:
 
     def run(self, kept: bool) -> ActiveSetResult:
         """Iterate until the optimum, a row that nothing makes room for, or the cap."""
-        work, z = self.work, self.free
+        work, z, rows = self.work, self.free, self.free_rows
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
         refined = refining = False
@@ -257,6 +261,7 @@ class _Method:
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
                     if self.low[entering[0]] > self.high[entering[0]]:
+                        work.size = 0
                         return ActiveSetResult(z, False, True, iteration)
                     self.measure(rows)  # what rounding left: the next step takes it away
                     entering, refining = None, not refining
@@ -270,7 +275,8 @@ class _Method:
                 continue
             gained = self.make_room()
             if gained is None:
-                return ActiveSetResult(z, False, True, iteration)
+                work.size = 0  # rows that contradict are no beginning for another program
+                return ActiveSetResult(z, False, self.no_point(excess, rows), iteration)
             raised = self.from_zero(raised + gained)
         return ActiveSetResult(z, False, False, self.tables.cap)
 
@@ -352,6 +358,17 @@ class _Method:
         self.drop(place)
         return length
 
+    def no_point(self, excess: np.floating, rows: FloatArray) -> bool:
+        """Whether a row that cannot be kept is beyond doubt.
+
+        What the set leaves of it is rounding or nearly: points that keep all rows are at least
+        excess / sqrt(left) away, in the metric of H. That is far where it is more than the rows'
+        own reach many times over.
+        """
+        reach = self.tables.doubt * min(max(np.max(np.abs(rows)), self.zero), self.tables.large)
+        most = min(max(excess, self.zero), self.tables.large)
+        return bool(most * most > (reach * reach) * self.left)
+
     def drop(self, p: int) -> None:
         """Take row p out of the set, and what it misses."""
         q = self.work.size
@@ -395,6 +412,7 @@ class _Method:
             scaled = self.within(under[j] * work.pivots[j])
             pivot = pivot - scaled * under[j]
             under[j] = scaled
+        self.left = min(max(pivot, self.zero), self.tables.large)
         if q == self.free.size or not pivot > self.tables.dependent * self.square:
             return False
         real = self.tables.inverse.dtype.type

@@ -93,6 +93,9 @@ class DualMethodTolerances:
 DEPENDENT = {"float64": 1e-10, "float32": 1e-4}
 # A row of the set takes part in a dependent one if its share is more than the same roundings.
 FALLS = {"float64": 1e-9, "float32": 1e-4}
+# A row that no other one makes room for is infeasible beyond doubt where every point that keeps it
+# is this many times farther away than the rows reach: a digit, for what multipliers have lost.
+DOUBT = 8.0
 # What its factor and multipliers are kept within; its inverse is the least that is divided by.
 # Products of three such numbers, a thousand times over, are finite; rows of size one stay inside.
 LARGE = {"float64": 2.0**330, "float32": 2.0**36}
