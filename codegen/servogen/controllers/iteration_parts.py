@@ -122,7 +122,8 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
         ),
         constants=(
             Constant("dependent", float(tables.dependent), "of a'H^-1 a: pivots that are rounding"),
-            Constant("doubt", float(tables.doubt), "reaches: points so far away are none"),
+            Constant("rounding", float(tables.rounding), "the same where there is no other way"),
+            Constant("doubt", float(tables.doubt), "squared reaches: points so far away are none"),
             Constant("falls", float(tables.falls), "of its norm: a row falls with another one"),
             Constant("large", float(tables.large), "bound of what the iteration works with"),
             Constant("small", float(tables.small), "bound of what it divides by"),

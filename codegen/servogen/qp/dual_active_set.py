@@ -14,7 +14,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
     the optimum is computed once more if rounding has left a row of W inside its bound by more than
     ``accept``;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
-    along S r = c, until one of them vanishes and leaves. If none falls, no z keeps all rows.
+    along S r = c, until one of them vanishes and leaves. If none falls, a row that depends only
+    nearly is appended after all; otherwise no z keeps all rows.
 
 A row is appended only if it is violated by more than ``accept``, so the full step that follows
 raises the dual cost by at least accept^2 / (2 a'H^-1 a), and between two full steps rows are only
@@ -32,7 +33,7 @@ import numpy as np
 from servogen.precision import FloatArray, Precision
 from servogen.qp.ordered import dot, matvec
 from servogen.qp.row_tables import RowTables
-from servogen.qp.tolerances import DEPENDENT, DOUBT, FALLS, LARGE
+from servogen.qp.tolerances import DEPENDENT, DOUBT, FALLS, LARGE, ROUNDING
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,11 @@ class ActiveSetTables:
             it computes the squares of the rows that it meets.
         dependent: share of a'H^-1 a at or below which what the working set leaves of a row is
             taken for rounding.
+        rounding: the same where there is no other way than to append it.
         falls: share of its norm by which a row must hold another one to fall with it.
         large, small: what the factor and the multipliers are kept within, and from what on is
             divided by: bounds for the proof of the emitted C.
-        doubt: times the reach of the rows: points so far away are taken for none.
+        doubt: points whose squared distance is so many times the squared reach are taken for none.
         accept: violation of a bound that is accepted.
         cap: iterations.
         stores: whether H^-1 a of the rows of the set is kept: N^2 numbers, worth it where more than
@@ -65,6 +67,7 @@ class ActiveSetTables:
     rows: RowTables
     norm: FloatArray
     dependent: np.floating
+    rounding: np.floating
     falls: np.floating
     doubt: np.floating
     large: np.floating
@@ -103,6 +106,7 @@ def active_set_tables(
         rows=rows,
         norm=rounded(norm),
         dependent=real(DEPENDENT[precision.name]),
+        rounding=real(ROUNDING[precision.name]),
         falls=real(FALLS[precision.name]),
         doubt=real(DOUBT),
         large=real(LARGE[precision.name]),
@@ -230,7 +234,7 @@ class _Method:
         work, z, rows = self.work, self.free, self.free_rows
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
-        refined = refining = False
+        refined = refining = forced = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 step = self.step()
@@ -247,7 +251,7 @@ class _Method:
                 # from z, so that what is left is as small as the step: z_unc and V lambda may be
                 # large and their difference no better than their rounding. Every other time anew:
                 # where no z keeps all rows, lambda may be huge and z far from what it stands for
-                z = self.less(z, step) if refining else self.less(self.free, work.dual)
+                z = self.refined(z, step) if refining else self.less(self.free, work.dual)
                 rows = self.tables.rows.product(z, self.start)
                 entering = self.worst(rows)
                 if entering is None:
@@ -268,15 +272,19 @@ class _Method:
                     continue
                 refining = False
                 raised, excess = self.zero, self.excess(rows, *entering)
-            if self.append(*entering):
+            if self.append(*entering, forced):
                 work.dual[work.size - 1] = raised
                 self.missed[work.size - 1] = excess
-                entering = None
+                entering, forced = None, False
                 continue
             gained = self.make_room()
             if gained is None:
+                if work.size < z.size and self.left > self.tables.rounding * self.square:
+                    forced = True
+                    continue
+                beyond = self.no_point(excess, rows)
                 work.size = 0  # rows that contradict are no beginning for another program
-                return ActiveSetResult(z, False, self.no_point(excess, rows), iteration)
+                return ActiveSetResult(z, False, beyond, iteration)
             raised = self.from_zero(raised + gained)
         return ActiveSetResult(z, False, False, self.tables.cap)
 
@@ -361,19 +369,31 @@ class _Method:
     def no_point(self, excess: np.floating, rows: FloatArray) -> bool:
         """Whether a row that cannot be kept is beyond doubt.
 
-        What the set leaves of it is rounding or nearly: points that keep all rows are at least
-        excess / sqrt(left) away, in the metric of H. That is far where it is more than the rows'
-        own reach many times over.
+        What the set leaves of it is rounding, or counts as that: points that keep all rows are at
+        least excess / sqrt(left) away, in the metric of H. That is far where it is more than the
+        reach many times over: of the rows at z and at the unconstrained optimum, and of the moves
+        V lambda, of which z is what rounding has left.
         """
-        reach = self.tables.doubt * min(max(np.max(np.abs(rows)), self.zero), self.tables.large)
+        reach = max(np.max(np.abs(rows)), np.max(np.abs(self.free_rows)))
+        reach = min(reach, self.tables.large)
+        reach = reach * reach
+        for dual, square in zip(self.work.dual[: self.work.size], self.work.square, strict=False):
+            reach = max(reach, (dual * dual) * square)
+        reach = self.tables.doubt * min(reach, self.tables.large)
         most = min(max(excess, self.zero), self.tables.large)
-        return bool(most * most > (reach * reach) * self.left)
+        return bool(most * most > reach * self.left)
 
     def drop(self, p: int) -> None:
         """Take row p out of the set, and what it misses."""
         q = self.work.size
         self.missed[p : q - 1] = self.missed[p + 1 : q].copy()
         self.remove(p)
+
+    def refined(self, z: FloatArray, step: FloatArray) -> FloatArray:
+        """z - V step (N,), kept within ``large``."""
+        moved = self.less(z, step)
+        result: FloatArray = np.minimum(np.maximum(moved, -self.tables.large), self.tables.large)
+        return result
 
     def less(self, z: FloatArray, dual: FloatArray) -> FloatArray:
         """z - V dual (N,), summed in the order of the vectors' slots or, where there are none,
@@ -391,7 +411,7 @@ class _Method:
             z = z - work.vectors[work.slot[j]] * signed
         return z
 
-    def append(self, row: int, side: int) -> bool:
+    def append(self, row: int, side: int, forced: bool = False) -> bool:
         """Extend the factor by a row; False, and the set as it was, where it depends on it.
 
         Row q of L then holds L^-1 times its products with the others, over D.
@@ -412,8 +432,9 @@ class _Method:
             scaled = self.within(under[j] * work.pivots[j])
             pivot = pivot - scaled * under[j]
             under[j] = scaled
-        self.left = min(max(pivot, self.zero), self.tables.large)
-        if q == self.free.size or not pivot > self.tables.dependent * self.square:
+        self.left = min(max(pivot, self.tables.rounding * self.square), self.tables.large)
+        least = self.tables.rounding if forced else self.tables.dependent
+        if q == self.free.size or not pivot > least * self.square:
             return False
         real = self.tables.inverse.dtype.type
         work.pivots[q] = real(1.0) / min(max(pivot, self.tables.small), self.tables.large)

@@ -91,11 +91,15 @@ class DualMethodTolerances:
 # share of the row's own norm squared) carries the roundings of up to N products of size one: some
 # 1e-14 and 1e-6. Ten thousand and a hundred times that leave a multiplier four digits and two.
 DEPENDENT = {"float64": 1e-10, "float32": 1e-4}
+# Where no other row makes room for it, one that depends only nearly is appended all the same, down
+# to what is rounding indeed: few digits of its multiplier are better than no answer, and the rows
+# judge it.
+ROUNDING = {"float64": 1e-13, "float32": 5e-7}
 # A row of the set takes part in a dependent one if its share is more than the same roundings.
 FALLS = {"float64": 1e-9, "float32": 1e-4}
 # A row that no other one makes room for is infeasible beyond doubt where every point that keeps it
-# is this many times farther away than the rows reach: a digit, for what multipliers have lost.
-DOUBT = 8.0
+# is eight times farther away than all that is reckoned with: a digit, for what they have lost.
+DOUBT = 8.0**2
 # What its factor and multipliers are kept within; its inverse is the least that is divided by.
 # Products of three such numbers, a thousand times over, are finite; rows of size one stay inside.
 LARGE = {"float64": 2.0**330, "float32": 2.0**36}
