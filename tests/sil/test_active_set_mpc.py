@@ -231,24 +231,20 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "        self->size = 0;\n        for (int32_t j", "        for (int32_t j"
     ),
     "tolerance dropped": swap("if (excess > core_mpc_tolerance) {", "if (excess > (sg_real)0) {"),
-    "pivot test dropped": swap(
-        "if (pivot > (core_mpc_dependent * *square)) {", "if (pivot > -(sg_real)1) {"
-    ),
+    "pivot test dropped": swap("if (pivot > (least * *square)) {", "if (pivot > -(sg_real)1) {"),
     "tie to the last row": swap("            row = i;\n            break;", "            row = i;"),
     "the cap ignored": swap(
         "sg_status status = SG_BACKUP;\n    int32_t entering",
         "sg_status status = SG_OK;\n    int32_t entering",
     ),
     "lines of L": swap("(j * (j - 1)) / 2, 0", "(j * j) / 2, 0"),
-    "a kept set taken as it is": swap(
-        "if ((dropped & kept) == 1) {", "if ((dropped & kept) == 2) {"
-    ),
     "sets are never kept": swap("if (size < CORE_MPC_KEEP) {", "if (size <= CORE_MPC_VARIABLES) {"),
     "the last to vanish is dropped": swap(
         "} else if (here < share) {", "} else if (here > share) {"
     ),
     "no way is no answer": swap(
-        "(gained < (sg_real)0) ? SG_INFEASIBLE", "(gained < (sg_real)0) ? SG_OK"
+        "            status = SG_INFEASIBLE;\n        }\n        self->size = 0;",
+        "            status = SG_OK;\n        }\n        self->size = 0;",
     ),
     "iterations": swap("*iterations = k + 1;", "*iterations = k;"),
     "the rank-one update": swap("own -= below[k] * entry;", "own += below[k] * entry;"),

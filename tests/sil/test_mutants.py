@@ -76,7 +76,7 @@ MUTANTS: dict[str, tuple[str, Any]] = {
 RUNTIME: dict[str, tuple[str, Any]] = {
     "order of a sum": (
         "sg_kernels.h",
-        swap("(((y[i] + (c0[i] * x0)) + (c1[i] * x1))", "((y[i] + ((c0[i] * x0) + (c1[i] * x1)))"),
+        swap("+ (c1[i] * x1)) + (c2[i] * x2)) +", "+ (c2[i] * x2)) + (c1[i] * x1)) +"),
     ),
     "rows that share a column": ("sg_pqp.h", swap("four[per_step + i]", "four[i]")),
     "columns that are skipped": ("sg_pqp.h", swap("sg_max(x2, x3)) > zero", "x2) > zero")),
