@@ -47,6 +47,17 @@ def test_what_is_not_finished_is_not_certified(full: ReportData) -> None:
     assert line.detail == "1 checks; measured, not proved: iterations"
 
 
+def test_a_bound_that_was_not_held_is_not_certified(full: ReportData) -> None:
+    broken = {"exact": False, "finished": True, "bound": 6, "attained": 6, "refuted": 7}
+    apart = {"exact": False, "finished": True, "bound": 6, "attained": 5, "refuted": 0}
+    programs = {"corner_mpc": {"certified": None, "cold": broken, "warm": apart}}
+    found = tables(with_programs(full, programs))
+    assert [row[2:5] for row in texts(found["Iterations certified"])] == [
+        ["not certified: 7 were taken", "6", "6"],
+        ["not certified: not attained", "6", "5"],
+    ]
+
+
 def test_the_histogram_has_every_step_once(full: ReportData) -> None:
     rows = texts(tables(full)["Steps by iterations"])
     assert rows == [

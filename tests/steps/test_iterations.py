@@ -15,9 +15,10 @@ from servogen.controllers.mpc_design import MpcDesign
 from servogen.controllers.mpc_iterations import mpc_program
 from servogen.controllers.tracking_mpc import TrackingMpc
 from servogen.evidence.bench import Bench
-from servogen.explicit.iteration_certificate import certify_iterations
+from servogen.explicit.iteration_certificate import IterationCertificate, certify_iterations
 from servogen.progress import Silent
 from servogen.project import load_project
+from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.qp.pqp import pqp_tables
 from servogen.steps import two_stage_iterations as own
 from servogen.steps.check import bench_of
@@ -148,6 +149,76 @@ def test_a_cap_below_the_certified_worst_case_is_told_and_is_no_proof(design: Mp
     assert f"the cap of {found.bound - 1} is BELOW it" in told.summary
 
 
+def forged(iterations: int, status: Status = Status.OK) -> own.Taken:
+    return own.Taken(np.array([0, iterations]), np.array([Status.OK, status]))
+
+
+def certificate(bound: int) -> IterationCertificate:
+    """One that was exact before anything was measured."""
+    return IterationCertificate(
+        True, bound, bound, (), 10, 0, bound, 1, 0, 0, 0, (1,) * (bound + 1)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("run", ["closed loop", "corner_mpc: random states", "corner_mpc: search"])
+@pytest.mark.parametrize("status", [Status.OK, Status.INFEASIBLE, Status.BACKUP])
+def test_a_step_of_the_c_above_the_certified_number_is_a_fault(
+    design: MpcDesign, run: str, status: Status
+) -> None:
+    program = own.Program(capped(design, 20), certificate(6), certificate(7))
+    runs = {"closed loop": forged(5), "corner_mpc: random states": forged(7)}
+    runs["corner_mpc: search"] = forged(6)
+    held = own._finding([program], runs, BENCH)
+    assert held.passed
+    assert not held.faults
+    assert not held.measured
+    broken = own._finding([program], {**runs, run: forged(9, status)}, BENCH)
+    assert not broken.passed
+    assert f"{run}: a step took 9 iterations; certified: 7" in broken.faults
+    assert broken.figures["programs"]["corner_mpc"]["certified"] is None
+    warm = broken.figures["programs"]["corner_mpc"]["warm"]
+    assert (warm["exact"], warm["bound"], warm["refuted"]) == (False, 7, 9)
+    assert broken.summary.startswith("not certified: ")
+    assert "7 after any other call by 10 pieces, but 9 were taken" in broken.summary
+
+
+def test_a_search_above_the_number_from_a_cold_start_alone_is_a_fault(design: MpcDesign) -> None:
+    cold = own.Program(capped(design, 20), certificate(6))
+    runs = {"closed loop": forged(9), "corner_mpc: random states": forged(9)}
+    assert own._finding([cold], {**runs, "corner_mpc: search": forged(6)}, BENCH).passed
+    broken = own._finding([cold], {**runs, "corner_mpc: search": forged(7)}, BENCH)
+    assert broken.faults == (
+        "corner_mpc: search: a step took 7 iterations; certified from a cold start: 6",
+    )
+    assert not broken.passed
+
+
+def test_the_closed_loop_of_two_programs_is_held_against_the_larger_number(
+    design: MpcDesign,
+) -> None:
+    small = own.Program(capped(design, 20), certificate(4), certificate(4))
+    other = replace(capped(design, 20), prefix="other")
+    large = own.Program(other, certificate(8), certificate(8))
+    open_ended = own.Program(other, why="a horizon too long")
+    assert own._finding([small, large], {"closed loop": forged(8)}, BENCH).passed
+    assert not own._finding([small, large], {"closed loop": forged(9)}, BENCH).passed
+    assert own._finding([small, open_ended], {"closed loop": forged(9)}, BENCH).passed
+
+
+def test_a_solved_program_is_told_apart_from_the_hardest_of_all(design: MpcDesign) -> None:
+    taken = own.Taken(np.array([26, 35]), np.array([Status.OK, Status.INFEASIBLE]))
+    told = own._finding([own.Program(design, why="so")], {"closed loop": taken}, BENCH)
+    assert "26 in the hardest solved program found" in told.summary
+
+
+def test_an_accept_that_is_too_small_is_told_and_not_raised(design: MpcDesign) -> None:
+    assert isinstance(design.solver, ActiveSetTables)
+    small = replace(design.solver, accept=np.float64(1e-9))
+    found = own._certified(replace(design, solver=small), Silent())
+    assert found.proved is None
+    assert found.sentence().startswith("not certified: accept is 1e-09, expected at least ")
+
+
 def test_what_is_not_finished_or_not_tried_is_measured_and_says_so(design: MpcDesign) -> None:
     program = mpc_program(design)
     assert program is not None
@@ -165,7 +236,7 @@ def test_what_is_not_finished_or_not_tried_is_measured_and_says_so(design: MpcDe
     assert told.measured
     assert told.summary == (
         "not certified: PQP has no bound but its cap; measured: at most 5 in the closed loop, "
-        "backup on 1 of 4 axis steps; 3 in the hardest program found; cap 20"
+        "backup on 1 of 4 axis steps; 3 in the hardest solved program found; cap 20"
     )
     long = own._certified(replace(design, horizon=own.LONGEST_HORIZON + 1), Silent())
     assert long.proved is None

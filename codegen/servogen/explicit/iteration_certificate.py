@@ -6,24 +6,31 @@ be any of the set, whatever the last one was. For a controller in its loop that 
 all sequences of parameters it is what happens.
 
 A piece stays unless a linear program shows that it is empty, so that the bound is not too low; the
-method itself, run at a point inside the piece that needs most, shows that it is not too high.
+method itself, run at a point inside the piece that needs most, shows that it is not too high. Of
+rounding the pieces know nothing: the method is run at random parameters too (``iteration_trials``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
+from servogen.explicit.errors import ExplicitError
 from servogen.explicit.iteration_paths import Ending, Paths, Place, Sides, Start, Way
 from servogen.explicit.iteration_program import IterationProgram
+from servogen.explicit.iteration_trials import (
+    iterations_taken,
+    most_taken,
+    points_in_ball,
+    points_inside,
+)
 from servogen.explicit.small_lp import inner_balls
 from servogen.explicit.tolerances import FLAT, NOT_EMPTY
 from servogen.plants.statespace import FloatArray
 from servogen.progress import Progress, Silent
-from servogen.qp.dual_active_set import empty_set
 from servogen.sets.errors import SetError
 
 # Places that go through the linear programs together.
@@ -64,7 +71,7 @@ class IterationCertificate:
 
     Attributes:
         finished: every piece was found; else ``bound`` is the most that was seen by then.
-        bound: no parameter of the set takes more iterations, rounding at the edges of pieces aside.
+        bound: of the pieces; without rounding no parameter of the set takes more iterations.
         attained: what the method took at the end of ``witness``.
         witness: parameters (p,) to give one after the other, beginning with no set.
         pieces: ways that end; ``flat`` of them are not shown to have an inside, and
@@ -72,6 +79,7 @@ class IterationCertificate:
         starts: working sets that calls begin with. left: places not followed any further.
         unending: pieces that come to no end within 1,000. infeasible: pieces that say so.
         by_iterations: pieces by their number of iterations, from 0 on.
+        refuted: the most that the method took in a trial, if that is more than ``bound``; else 0.
     """
 
     finished: bool
@@ -86,11 +94,13 @@ class IterationCertificate:
     unending: int
     infeasible: int
     by_iterations: tuple[int, ...]
+    refuted: int = 0
 
     @property
     def exact(self) -> bool:
-        """Whether the bound is one, and is attained."""
-        return self.finished and not self.unending and self.attained == self.bound
+        """Whether the bound is one, is attained, and nothing that was tried takes more."""
+        sure = self.finished and not self.unending and not self.refuted
+        return sure and self.attained == self.bound
 
 
 class _Node(NamedTuple):
@@ -119,7 +129,8 @@ def certify_iterations(
         keep: told of every piece.
 
     Raises:
-        ExplicitError: the set of parameters is empty or unbounded.
+        ExplicitError: the set of parameters is empty or unbounded; ``accept`` is too small for it
+            (``Paths.least_accept``).
     """
     search = _Search(program, warm, keep)
     with (progress or Silent()).task("Ways of the active-set method", budget) as task:
@@ -157,6 +168,11 @@ class _Search:
 
     def __post_init__(self) -> None:
         self.paths = Paths(self.program)
+        accept, least = float(self.program.tables.accept), self.paths.least_accept()
+        if not accept >= least:
+            # rounded up, so that what is told will do
+            told = f"at least {1.05 * least:.1e}, which pieces of this set of parameters can tell"
+            raise ExplicitError("accept", accept, f"{told} from nothing")
         self._never_kept = self.paths.violations()
         self.starts: dict[Start, _Found] = {}
         self._meet(Start(), None, np.zeros(self.program.parameters), 1.0)
@@ -279,19 +295,15 @@ class _Search:
 
     def certificate(self) -> IterationCertificate:
         """What was found, and the method's own word for the longest way."""
-        attained, witness = 0, tuple[FloatArray, ...]()
         self.longest.sort(key=lambda one: (-one.place.iterations, -one.radius))
-        bound = max(self.counts, default=0)
-        for node in self.longest[:_TRIED]:
-            if attained >= node.place.iterations:
-                break
-            sequence = (*self._sequence(node.start), self.paths.theta(node.centre))
-            taken = self._taken(sequence)
-            if taken > attained:
-                attained, witness = taken, sequence
+        attained, witness = self._witness()
+        most = max(self.counts, default=0)
+        finished = not self.open
+        # what is not finished makes no claim that a trial could take back
+        tried = max(attained, self._tried()) if finished else 0
         return IterationCertificate(
-            finished=not self.open,
-            bound=max(bound, attained),
+            finished=finished,
+            bound=most if finished else max(most, attained),
             attained=attained,
             witness=witness,
             pieces=self.pieces,
@@ -301,8 +313,37 @@ class _Search:
             left=len(self.open),
             unending=self.unending,
             infeasible=self.infeasible,
-            by_iterations=tuple(self.counts.get(i, 0) for i in range(bound + 1)),
+            by_iterations=tuple(self.counts.get(i, 0) for i in range(most + 1)),
+            refuted=tried if tried > most else 0,
         )
+
+    def _witness(self) -> tuple[int, tuple[FloatArray, ...]]:
+        """The most that the method takes at the end of one of the longest ways, and that way."""
+        attained, witness = 0, tuple[FloatArray, ...]()
+        for node in self.longest[:_TRIED]:
+            if attained >= node.place.iterations:
+                break
+            sequence = (*self._sequence(node.start), self.paths.theta(node.centre))
+            taken = iterations_taken(self.program, sequence, _ENDLESS)[-1]
+            if taken > attained:
+                attained, witness = taken, sequence
+        return attained, witness
+
+    def _tried(self) -> int:
+        """The most that the method takes anywhere: each call from no set or, where sets are
+        followed, after all of them before it; and in the longest pieces."""
+        rows, bounds = self._domain
+        middle = self._ball(rows[:0], bounds)[0]
+        thetas = [self.paths.theta(t) for t in points_inside(rows, bounds, middle)]
+        sequences: list[Sequence[FloatArray]] = [[theta] for theta in thetas]
+        if self.warm:
+            sequences.append(thetas)
+        for node in self.longest[:_TRIED]:
+            before = self._sequence(node.start)
+            sequences += [
+                (*before, self.paths.theta(t)) for t in points_in_ball(node.centre, node.radius)
+            ]
+        return most_taken(self.program, sequences, _ENDLESS)
 
     def _sequence(self, start: Start) -> tuple[FloatArray, ...]:
         """Parameters whose calls lead to this start."""
@@ -314,9 +355,3 @@ class _Search:
                 thetas.append(found.theta)
             at = found.before
         return tuple(reversed(thetas))
-
-    def _taken(self, sequence: tuple[FloatArray, ...]) -> int:
-        work, taken = empty_set(self.program.tables), 0
-        for theta in sequence:
-            taken = self.program.solve(theta, work, _ENDLESS).iterations
-        return taken

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from servogen.explicit.iteration_program import IterationProgram
-from servogen.explicit.tolerances import CANCELLED
+from servogen.explicit.tolerances import CANCELLED, NOT_EMPTY, VIOLATION_SEEN
 from servogen.plants.statespace import FloatArray
 
 Sides = tuple[int, ...]
@@ -153,6 +153,12 @@ class Paths:
     def theta(self, t: FloatArray) -> FloatArray:
         """(p,) in the program's own units."""
         return np.asarray(self.middle + self.half * t)
+
+    def least_accept(self) -> float:
+        """The least ``accept`` that the pieces can tell from nothing: a violation by it is so far
+        in the unit box, for the row that moves fastest there."""
+        slope = np.sqrt(np.sum(self.excess[self.sides, :-1] ** 2, axis=1))
+        return float(VIOLATION_SEEN * NOT_EMPTY * slope.max(initial=0.0))
 
     def next_start(self, sides: Sides) -> Start:
         """What the next call begins with after one that left this set."""

@@ -90,3 +90,7 @@ CANCELLED = 1e-11
 # box of parameters: ten times what a linear program's vertex is known to, so that what is kept is
 # no less than what there is.
 NOT_EMPTY = 1e-9
+# The least violation that enters a row, as a distance of parameters in that box, is so many times
+# NOT_EMPTY: at once it, pieces that are not there survive and a row may come and go for ever. Of 12
+# random programs 4 did at once it, 1 at five times, none at ten.
+VIOLATION_SEEN = 10.0

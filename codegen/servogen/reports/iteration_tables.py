@@ -82,16 +82,11 @@ def _certified(programs: Mapping[str, Json], cap: Any) -> Table:
                 rows.append((text(name, "name"), text(when), Cell(f"not certified: {why}", MUTED),
                              nothing, nothing, nothing))  # fmt: skip
                 continue
-            exact = found.get("exact") is True
-            enough = isinstance(cap, int) and int(found.get("bound") or 0) <= cap
-            told = Cell("exact", GOOD) if exact else Cell("not certified: not finished", MUTED)
-            if exact and not enough:
-                told = Cell("exact, above the cap", BAD)
             rows.append(
                 (
                     text(name, "name"),
                     text(when),
-                    told,
+                    _worst_case(found, cap),
                     any_cell(found.get("bound")),
                     any_cell(found.get("attained")),
                     any_cell(found.get("pieces")),
@@ -100,9 +95,19 @@ def _certified(programs: Mapping[str, Json], cap: Any) -> Table:
     columns = ("program", "calls", "worst case", "iterations", "attained", "pieces")
     note = (
         "Over every state, reference and bound in its declared range, whatever the last call was. "
-        "Where it is not exact, the iterations are the most that was seen."
+        "Where it is not finished, the iterations are the most that was seen."
     )
     return Table("Iterations certified", columns, tuple(rows), note)
+
+
+def _worst_case(found: Mapping[str, Any], cap: Any) -> Cell:
+    if found.get("exact") is True:
+        enough = isinstance(cap, int) and int(found.get("bound") or 0) <= cap
+        return Cell("exact", GOOD) if enough else Cell("exact, above the cap", BAD)
+    if found.get("refuted"):
+        return Cell(f"not certified: {any_cell(found['refuted']).text} were taken", BAD)
+    why = "not attained" if found.get("finished") is True else "not finished"
+    return Cell(f"not certified: {why}", MUTED)
 
 
 def _histogram(measured: Mapping[str, Json]) -> Table:

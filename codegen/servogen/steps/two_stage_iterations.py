@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from servogen.controllers.mpc_design import MpcDesign
 from servogen.controllers.mpc_iterations import LIMITED_STATES, mpc_program
 from servogen.evidence.bench import Bench
 from servogen.evidence.finding import Finding
+from servogen.explicit.errors import ExplicitError
 from servogen.explicit.iteration_certificate import IterationCertificate, certify_iterations
 from servogen.precision import FloatArray, IntArray
 from servogen.progress import Progress
@@ -33,6 +34,8 @@ SEED = 20263
 RANDOM_STEPS = 5_000
 # Of the search for hard steps: beginnings, and changes tried from each.
 BEGINNINGS, CHANGES = 20, 150
+# What was measured is known by these names, the last two after the program's.
+LOOP, RANDOM, SEARCH = "closed loop", "random states", "search"
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,10 @@ class Taken:
 
     iterations: IntArray
     status: IntArray
+
+    @property
+    def most(self) -> int:
+        return int(self.iterations.max(initial=0))
 
     @property
     def most_solved(self) -> int:
@@ -55,7 +62,7 @@ class Taken:
             "none_needed": int(np.sum(self.iterations == 0)),
             "median": float(np.median(self.iterations)) if self.iterations.size else 0.0,
             "p99": float(np.percentile(self.iterations, 99)) if self.iterations.size else 0.0,
-            "most": int(self.iterations.max(initial=0)),
+            "most": self.most,
             "most_solved": self.most_solved,
             "backup": int(np.sum(self.status == Status.BACKUP)),
             "infeasible": int(np.sum(self.status == Status.INFEASIBLE)),
@@ -109,34 +116,33 @@ def iterations_finding(
     with built(package) as module:
         with progress.task("Iterations of the closed loop"):
             run = run_closed_loop(machine, CompiledController(module, package.declarations[-1]))
-        taken = {"closed loop": _of_run(run)}
+        taken = {LOOP: _of_run(run)}
         for program in programs:
             own = next(d for d in package.declarations if d.prefix == program.design.prefix)
             with progress.task("Hard programs", BEGINNINGS) as task:
                 steps = list(_random_steps(program.design))
-                taken[f"{own.prefix}: random states"] = _played(
-                    CompiledController(module, own), steps
-                )
+                taken[f"{own.prefix}: {RANDOM}"] = _played(CompiledController(module, own), steps)
                 found = _search(CompiledController(module, own), own, steps, task.advance)
-            taken[f"{own.prefix}: search"] = found
+            taken[f"{own.prefix}: {SEARCH}"] = found
     return _finding(programs, taken, bench)
 
 
 def _finding(programs: Sequence[Program], taken: Mapping[str, Taken], bench: Bench) -> Finding:
     cap = programs[0].design.solver.cap
+    programs, faults = _against(programs, taken)
     told = {p.design.prefix: p.sentence() for p in programs}
     figures = {name: own.figures() for name, own in taken.items()}
-    loop = figures["closed loop"]
+    loop = figures[LOOP]
     hardest = max(own.most_solved for own in taken.values())
     seen = (
         f"measured: at most {loop['most']} in the closed loop, backup on {loop['backup']} of "
-        f"{loop['steps']} axis steps; {hardest} in the hardest program found; cap {cap}"
+        f"{loop['steps']} axis steps; {hardest} in the hardest solved program found; cap {cap}"
     )
     proved = [p.proved for p in programs]
     held = all(bound is not None and bound <= cap for bound in proved)
     return Finding(
         check=CHECK,
-        passed=True,
+        passed=not faults,
         summary=f"{'; '.join(dict.fromkeys(told.values()))}; {seen}",
         tools={},
         subjects=bench.own_digest,
@@ -151,13 +157,50 @@ def _finding(programs: Sequence[Program], taken: Mapping[str, Taken], bench: Ben
             f"infeasible {own['infeasible']}"
             for name, own in figures.items()
         ),
+        faults=faults,
         measured=not held,
     )
+
+
+def _against(
+    programs: Sequence[Program], taken: Mapping[str, Taken]
+) -> tuple[list[Program], tuple[str, ...]]:
+    """The programs with their bounds taken back where a run took more, and a sentence for each.
+
+    The closed loop runs all of them and does not say whose step it was: it is held against the
+    largest bound, and only where all have one.
+    """
+    bounds = [program.proved for program in programs]
+    largest = max((bound for bound in bounds if bound is not None), default=0)
+    beyond = None not in bounds and taken[LOOP].most > largest
+    judged, faults = list[Program](), list[str]()
+    for program in programs:
+        own = {n: run for n, run in taken.items() if n.startswith(f"{program.design.prefix}: ")}
+        # every step of the search follows a reset
+        resets = {name: run for name, run in own.items() if name.endswith(SEARCH)}
+        cold = _held(program.cold, resets, " from a cold start", faults)
+        loop = {LOOP: taken[LOOP]} if beyond else {}
+        judged.append(replace(program, cold=cold, warm=_held(program.warm, own | loop, "", faults)))
+    return judged, tuple(dict.fromkeys(faults))
+
+
+def _held(
+    found: IterationCertificate | None, runs: Mapping[str, Taken], when: str, faults: list[str]
+) -> IterationCertificate | None:
+    """What is left of a certificate after these runs; what breaks it goes to ``faults``."""
+    if found is None or not found.exact:
+        return found
+    more = {name: run.most for name, run in runs.items() if run.most > found.bound}
+    for name, most in more.items():
+        faults.append(f"{name}: a step took {most} iterations; certified{when}: {found.bound}")
+    return replace(found, refuted=max(more.values())) if more else found
 
 
 def _told(found: IterationCertificate, when: str) -> str:
     if found.exact:
         return f"at most {found.bound} iterations {when}, attained ({found.pieces} pieces)"
+    if found.finished and found.refuted:
+        return f"{found.bound} {when} by {found.pieces} pieces, but {found.refuted} were taken"
     if found.finished:
         return f"at most {found.bound} {when}, {found.attained} seen ({found.pieces} pieces)"
     return f"{when} not finished after {found.pieces} pieces, {found.attained} iterations seen"
@@ -169,6 +212,7 @@ def _figures(found: IterationCertificate) -> dict[str, object]:
         "finished": found.finished,
         "bound": found.bound,
         "attained": found.attained,
+        "refuted": found.refuted,
         "pieces": found.pieces,
         "flat_pieces": found.flat,
         "starting_sets": found.starts,
@@ -193,7 +237,10 @@ def _certified(design: MpcDesign, progress: Progress) -> Program:
     program = mpc_program(design)
     if program is None:
         return Program(design, why=f"a state of more than {LIMITED_STATES} has no range")
-    cold = certify_iterations(program, COLD_BUDGET, warm=False, progress=progress)
+    try:
+        cold = certify_iterations(program, COLD_BUDGET, warm=False, progress=progress)
+    except ExplicitError as error:
+        return Program(design, why=str(error))
     if not cold.finished:
         return Program(design, cold)
     return Program(design, cold, certify_iterations(program, WARM_BUDGET, progress=progress))
