@@ -49,8 +49,11 @@ def matrix(key: str, given: object) -> FloatArray:
         ProgramError: it is not one.
     """
     try:
-        values = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
+        values = np.array(given)
+        if np.iscomplexobj(values):
+            raise TypeError
+        values = values.astype(np.float64)
+    except (OverflowError, TypeError, ValueError):
         raise ProgramError(key, None, "a matrix of numbers") from None
     if values.ndim != 2 or values.size == 0:
         raise ProgramError(key, f"of shape {values.shape}", "a matrix with a row at least")
@@ -75,6 +78,8 @@ def metric(hessian: object, precision: Precision) -> tuple[FloatArray, FloatArra
     with np.errstate(all="ignore"):  # what is no number is refused below
         unit = 1.0 / np.sqrt(diagonal)
         scaled = h * unit[:, None] * unit
+        if not np.all(np.abs(scaled) <= 2.0):  # beyond one, H is not definite
+            raise ProgramError("hessian", None, "a positive definite matrix")
         if not np.all(np.abs(scaled - scaled.T) <= SYMMETRY):
             raise ProgramError("hessian", "not symmetric", "a symmetric matrix")
         values, least = np.linalg.eigvalsh(scaled), CONVEXITY[precision.name]
