@@ -15,6 +15,7 @@ The promise: at worst a quarter of the dense form. Exit code 1 where it is broke
 
 from __future__ import annotations
 
+import argparse
 import re
 import shutil
 import subprocess
@@ -217,10 +218,15 @@ def measured(name: str) -> bool:
 
 
 def main() -> int:
+    reader = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    reader.add_argument("precisions", nargs="*", metavar="precision", help=" or ".join(PRECISIONS))
+    given = reader.parse_args().precisions or ["float64", "float32"]
+    if unknown := [name for name in given if name not in PRECISIONS]:
+        reader.error(f"no precision is called {unknown[0]}: {' or '.join(PRECISIONS)}")
     if shutil.which("valgrind") is None:
         raise SystemExit("this benchmark needs valgrind: apt-get install valgrind")
     print("instructions per PQP iteration (callgrind, gcc -O3), one axis of the bundled example")
-    kept = [measured(name) for name in sys.argv[1:] or ("float64", "float32")]
+    kept = [measured(name) for name in given]
     print(f"at worst {PROMISE} of the dense form: {'kept' if all(kept) else 'BROKEN'}")
     return 0 if all(kept) else 1
 

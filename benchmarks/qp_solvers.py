@@ -83,7 +83,12 @@ def main() -> int:
     reader = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     reader.add_argument("-o", "--output", type=Path, default=Path("out/bench"))
     reader.add_argument("--quick", action="store_true", help="short sequences")
-    reader.add_argument("--only", nargs="+", default=[], help="sequences whose names begin so")
+    reader.add_argument(
+        "--only",
+        nargs="+",
+        default=[],
+        help="sequences: whole names, or what names begin with before an underscore",
+    )
     given = reader.parse_args()
     for tool, package in (
         (COMPILER, "gcc"),

@@ -77,13 +77,20 @@ def stages(sequence: Sequence, part: slice, folder: Path) -> Measured:
 
 def columns(sequence: Sequence, part: slice, folder: Path) -> Measured:
     """servogen's active-set method, rows as columns; bounds of single variables as such."""
+    design, given = column_design(sequence)
+    return _active_set(design, COLUMNS, given, part, folder)
+
+
+def column_design(sequence: Sequence) -> tuple[QpSolverDesign, Sequence]:
+    """And the sequence with its bounds first, as the design has them."""
     given, bounds = simple_bounds_first(sequence)
     inputs = sequence.plant.inputs if sequence.plant is not None and bounds else 0
+    per_step = sequence.per_step - inputs if given.count > bounds else 0
     design = design_qp_solver(
-        "sgq", DOUBLE, given.hessian, given.rows, CAP, TOLERANCE, sequence.per_step - inputs,
-        sequence.staying, bounds, inputs,
+        "sgq", DOUBLE, given.hessian, given.rows, CAP, TOLERANCE, per_step, sequence.staying,
+        bounds, inputs,
     )  # fmt: skip
-    return _active_set(design, COLUMNS, given, part, folder)
+    return design, given
 
 
 def pqp(sequence: Sequence, part: slice, folder: Path) -> Measured:

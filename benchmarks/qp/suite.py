@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,23 +35,34 @@ def suite(
     Args:
         folder: for sources of packages.
         quick: short ones of each kind, for trying the benchmark out.
-        only: beginnings of names, or all.
+        only: names, or what names begin with before an underscore; or all.
     """
-    for names, make in _makers(folder, quick):
-        if only and not any(name.startswith(only) for name in names):
+    made = tuple(_makers(folder, quick))
+    wanted = chosen([name for names, _ in made for name in names], only)
+    for names, make in made:
+        if wanted.isdisjoint(names):
             continue
         try:
             found = make()
         except PeerFailed as why:
-            yield from (Missing(name, str(why)) for name in names if _wanted(name, only))
+            yield from (Missing(name, str(why)) for name in names if name in wanted)
             continue
         for sequence in found:
-            if _wanted(sequence.name, only):
+            if sequence.name in wanted:
                 yield with_optima(sequence)
 
 
-def _wanted(name: str, only: tuple[str, ...]) -> bool:
-    return not only or name.startswith(only)
+def chosen(names: Iterable[str], only: tuple[str, ...]) -> frozenset[str]:
+    """The names asked for: a whole name is that one alone, another word what begins with it and
+    an underscore; all where nothing is asked for."""
+    all_names = frozenset(names)
+    if not only:
+        return all_names
+    found: set[str] = set()
+    for word in only:
+        begin = word.rstrip("_") + "_"
+        found |= {word} & all_names or {name for name in all_names if name.startswith(begin)}
+    return frozenset(found)
 
 
 def _makers(folder: Path, quick: bool) -> Iterator[tuple[tuple[str, ...], Makes]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -13,10 +14,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 from qp.counted import Measured, instructions
 from qp.literature import all_loops
 from qp.machine import tight_loop
-from qp.peers import DAQP, STAGES, simple_bounds_first
+from qp.peers import DAQP, STAGES, column_design, simple_bounds_first
 from qp.promises import promises
 from qp.published import HORIZON, unpack
 from qp.sequence import Sequence, with_optima
+from qp.suite import chosen, suite
 
 
 def measured(cost: list[float], error: float = 0.0) -> Measured:
@@ -97,3 +99,45 @@ def test_a_promise_not_measured_is_broken() -> None:
     broken = [p.told for p in promises(good, ()) if not p.kept]
     assert "qp_mpc20b: maximum of the instructions by DAQP's" in broken
     assert "servogen, stage rows: largest error of all sequences" in broken
+
+
+def test_a_whole_name_is_that_sequence_alone() -> None:
+    names = ["two_stage_x_5", "two_stage_x_50", "two_stage_y_20", "tight_0.02", "tight_0.1"]
+    assert chosen(names, ("two_stage_x_5",)) == {"two_stage_x_5"}
+    assert chosen(names, ("two_stage_x", "tight_0.1")) == {
+        "two_stage_x_5", "two_stage_x_50", "tight_0.1",
+    }  # fmt: skip
+    assert chosen(names, ("two_stage_",)) == chosen(names, ("two_stage",)) == set(names[:3])
+    assert chosen(names, ("two", "tight_0")) == set(names[:3])
+    assert chosen(names, ()) == set(names)
+
+
+def test_one_sequence_is_made_where_one_is_asked_for(tmp_path: Path) -> None:
+    made = [one.name for one in suite(tmp_path, quick=True, only=("servo_drive_1",))]
+    assert made == ["servo_drive_1"]
+
+
+def test_every_servo_sequence_is_a_program(tmp_path: Path) -> None:
+    """A program of bounds alone has no other rows that move."""
+    for sequence in suite(tmp_path, quick=True, only=("servo_drive",)):
+        assert isinstance(sequence, Sequence)
+        assert column_design(sequence)[0].tables.rows.count == sequence.count
+
+
+@pytest.mark.parametrize("script", ["qp_solvers", "pqp_iteration"])
+def test_help_is_told(script: str) -> None:
+    place = Path(__file__).resolve().parents[2] / "benchmarks" / f"{script}.py"
+    told = subprocess.run(
+        [sys.executable, place, "--help"], capture_output=True, text=True, check=False
+    )
+    assert told.returncode == 0, told.stderr
+    assert told.stdout.startswith("usage:")
+
+
+def test_an_unknown_precision_is_a_sentence() -> None:
+    place = Path(__file__).resolve().parents[2] / "benchmarks" / "pqp_iteration.py"
+    told = subprocess.run(
+        [sys.executable, place, "float16"], capture_output=True, text=True, check=False
+    )
+    assert told.returncode == 2
+    assert "no precision is called float16" in told.stderr

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import casadi
 import daqp
 import numpy as np
@@ -12,6 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from servogen.controllers.cascade import Cascade
+from servogen.controllers.design import Status
 from servogen.controllers.tracking_mpc import TrackingMpc
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.qp.pqp import (
@@ -25,6 +28,7 @@ from servogen.qp.pqp import (
 from servogen.qp.row_tables import column_rows
 from servogen.qp.tolerances import MINIMUM_MARGIN, QpTolerances, tolerances
 
+Array = np.ndarray
 DOUBLE = np.dtype("float64")
 TOL = QpTolerances(margin=1e-6, accept=9e-7, gap=1e-5)
 EXAMPLES = settings(derandomize=True, deadline=None, max_examples=30)
@@ -170,8 +174,22 @@ def test_a_coordinate_turn_is_the_exact_minimum_along_its_dual(seed):
         assert dual_value(program, near_upper, near_lower) > value
 
 
-def closed_loop_programs(letter: str, periods: int):
-    """H, f, A, tightened bounds and PQP's own plan, for every active step of a closed loop."""
+class LoopProgram(NamedTuple):
+    """A program of a closed loop with tightened bounds, and what PQP's step made of it: the plan
+    and what it would be shifted, both from the present position on."""
+
+    mpc: TrackingMpc
+    f: Array
+    low: Array
+    high: Array
+    plan: Array
+    shifted: Array
+    status: Status
+    iterations: int
+
+
+def closed_loop_programs(letter: str, periods: int) -> list[LoopProgram]:
+    """Of every active step of a closed loop."""
     v = Variant(letter=letter)
     cascade = Cascade(design(v))
     found = []
@@ -179,6 +197,7 @@ def closed_loop_programs(letter: str, periods: int):
         plain = mpc.step
 
         def watched(state, reference, low, high, mpc=mpc, plain=plain):
+            shifted = np.append(mpc.plan[1:], reference[-1]) - state[0]
             status, command, iterations = plain(state, reference, low, high)
             if iterations:
                 qp, rest = mpc.design.qp, state[1:]
@@ -186,9 +205,8 @@ def closed_loop_programs(letter: str, periods: int):
                 below, above = mpc._bounds(state[0], relative, low, high)
                 offset = qp.rows_state @ rest
                 f = qp.gradient_state @ rest + qp.gradient_reference @ relative
-                found.append(
-                    (mpc, f, below - offset, above - offset, mpc.plan - state[0], int(status))
-                )
+                bounds, plan = (below - offset, above - offset), mpc.plan - state[0]
+                found.append(LoopProgram(mpc, f, *bounds, plan, shifted, status, iterations))
             return status, command, iterations
 
         mpc.step = watched
@@ -196,35 +214,46 @@ def closed_loop_programs(letter: str, periods: int):
     return found
 
 
+# No iteration has a bound that it always keeps: of these loops' programs, by index, those that meet
+# the cap. Another one is to be looked at.
+CAPPED = {"B": (), "H": (), "L": (7, 45)}
+
+
 @pytest.mark.parametrize("letter", ["B", "H", "L"])
 def test_closed_loop_programs_against_daqp(letter):
-    """On the loop's own programs: feasible for the true bounds, and as good as the gap says."""
+    """On the loop's own programs: feasible for the true bounds, and as good as the gap says; at the
+    cap the last plan, shifted, which is feasible too."""
     programs = closed_loop_programs(letter, 60)
     assert len(programs) >= 5
-    worst, capped = 0.0, 0
-    for mpc, f, low, high, plan, status in programs:
-        if status != 0:  # at the cap: no iteration has a bound that it always keeps
-            capped += 1
-            continue
+    worst, capped = 0.0, set()
+    for i, program in enumerate(programs):
+        mpc, f, low, high, plan = program[:5]
         qp, tol = mpc.design.qp, mpc.design.tol
-        z, best = exact(qp.hessian, f, qp.rows_command, low, high)
         rows = qp.rows_command @ plan
         assert np.all(rows <= high + tol.margin)
         assert np.all(rows >= low - tol.margin)
+        if program.status is not Status.OK:
+            assert program.status is Status.BACKUP
+            assert program.iterations == mpc.design.solver.cap
+            assert np.array_equal(plan, program.shifted)
+            capped.add(i)
+            continue
+        assert program.status is Status.OK
+        z, best = exact(qp.hessian, f, qp.rows_command, low, high)
         scale = np.max(np.diag(qp.hessian)) * mpc.design.limits.fast_range_m**2
         assert objective(qp.hessian, f, plan) <= best + tol.gap + 1e-9 * scale
         worst = max(worst, abs(plan[0] - z[0]))
-    assert capped <= 0.02 * len(programs)
+    assert capped <= set(CAPPED[letter])
     assert worst <= 0.35e-3  # the gap stands for sqrt(1e-4) of 35 mm in one command
 
 
 def test_closed_loop_programs_against_qpoases():
     programs = closed_loop_programs("L", 40)[::4]
     assert len(programs) >= 3
-    qp = programs[0][0].design.qp
+    qp = programs[0].mpc.design.qp
     shape = {"h": casadi.DM(qp.hessian).sparsity(), "a": casadi.DM(qp.rows_command).sparsity()}
     solver = casadi.conic("oracle", "qpoases", shape, {"printLevel": "none"})
-    for mpc, f, low, high, plan, _ in programs:
+    for mpc, f, low, high, plan, *_ in programs:
         answer = solver(h=qp.hessian, g=f, a=qp.rows_command, lba=low, uba=high)
         best = float(answer["cost"])
         z, value = exact(qp.hessian, f, qp.rows_command, low, high)

@@ -17,16 +17,20 @@ from servogen.controllers.design import (
     Table,
 )
 from servogen.controllers.iteration_parts import active_set_parts
+from servogen.controllers.qp_solver_check import (
+    LARGEST,
+    check_layout,
+    check_options,
+    check_plant,
+    check_reach,
+    check_scale,
+    matrix,
+    metric,
+)
 from servogen.precision import FloatArray, Precision
 from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
 from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
-from servogen.qp.tolerances import CONVEXITY
-
-# No input is beyond it: what is made of them stays below LARGE, and squares are numbers. For a
-# bound that is not there a thousandth is far enough, and is seen to be in range without a look at
-# every input.
-LARGEST = {"float64": 1e90, "float32": 1e9}
 
 
 @dataclass(frozen=True)
@@ -61,22 +65,34 @@ def design_qp_solver(
     distance in which the cost is measured, whatever the units of variables and rows.
 
     Args:
-        hessian: (N, N), positive definite; rows: (m, N), none zero.
-        cap: iterations. accept: violation accepted, of scaled rows.
+        prefix: of every name in C.
+        hessian: (N, N), symmetric and positive definite; rows: (m, N), none zero.
+        cap: iterations, 1 to 100000. accept: violation accepted, of scaled rows.
         bounds: so many of the first rows bound variable 0, 1, ... by itself.
         per_step, staying, inputs: see ``ColumnRows``.
 
     Raises:
-        ProgramError: H is not positive definite; of its eigenvalues with a unit diagonal the
-            smallest must be ``CONVEXITY`` of the largest.
-        ValueError: one of the first ``bounds`` rows is another one.
+        ProgramError: an argument cannot be used, or not with the others. Of H's eigenvalues with a
+            unit diagonal the smallest must be above ``CONVEXITY`` of the largest, and what the
+            largest inputs lead to must be numbers in the precision.
     """
-    unit = _unit(hessian)
-    solved = np.linalg.solve(hessian * np.outer(unit, unit), (rows * unit).T).T
-    norm = np.sqrt(np.einsum("ij,ij->i", rows * unit, solved))
-    written = rows / norm[:, None]
+    check_options(prefix, precision, cap, accept)
+    h, inverse = metric(hessian, precision)
+    given = matrix("rows", rows)
+    if given.shape[1] != len(h):
+        raise ProgramError("rows", f"of {given.shape[1]} columns", f"{len(h)}, as H")
+    if not np.all(np.any(given, axis=1)):
+        i = int(np.flatnonzero(~np.any(given, axis=1))[0])
+        raise ProgramError(f"rows[{i}]", "zero", "a row that holds a variable")
+    check_layout((given.shape[0], len(h)), per_step, staying, bounds, inputs)
+    unit = 1.0 / np.sqrt(np.diag(h))
+    solved = np.linalg.solve(h * np.outer(unit, unit), (given * unit).T).T
+    norm = np.sqrt(np.einsum("ij,ij->i", given * unit, solved))
+    check_scale(norm, precision)
+    written = given / norm[:, None]
+    check_reach(written, inverse, precision)
     own = column_rows(written, precision.dtype, per_step, staying, bounds, inputs)
-    tables = active_set_tables(hessian, written, own, accept, cap, precision)
+    tables = active_set_tables(h, written, own, accept, cap, precision)
     return QpSolverDesign(prefix, precision, tables, cast(1.0 / norm, precision))
 
 
@@ -91,32 +107,22 @@ def design_plant_qp_solver(
     """A program whose rows are a plant's, made by ``stage_rows``; none is scaled.
 
     Args:
-        hessian: (N, N), positive definite.
+        hessian: (N, N), symmetric and positive definite.
         cap: iterations. accept: violation accepted.
 
     Raises:
         ProgramError: as ``design_qp_solver``.
     """
-    _unit(hessian)
+    check_options(prefix, precision, cap, accept)
+    h, inverse = metric(hessian, precision)
+    check_plant(rows, len(h), precision)
     written = np.zeros((rows.count, rows.variables))
     for i in range(rows.count):
         own = rows.row(i)
         written[i, : own.size] = own
-    tables = active_set_tables(hessian, written, rows, accept, cap, precision)
+    check_reach(matrix("rows", written), inverse, precision)
+    tables = active_set_tables(h, written, rows, accept, cap, precision)
     return QpSolverDesign(prefix, precision, tables, cast(np.ones(rows.count), precision))
-
-
-def _unit(hessian: FloatArray) -> FloatArray:
-    """(N,): the units in which the diagonal of H is one."""
-    diagonal = np.diag(hessian)
-    if not np.all(diagonal > 0.0):
-        raise ProgramError("hessian", None, "a positive diagonal")
-    unit: FloatArray = 1.0 / np.sqrt(diagonal)
-    values = np.linalg.eigvalsh(hessian * np.outer(unit, unit))
-    if not values[0] > CONVEXITY * values[-1]:
-        share = f"of smallest eigenvalue {values[0] / values[-1]:.1e} of the largest"
-        raise ProgramError("hessian", share, f"a positive definite matrix, {CONVEXITY:g} at least")
-    return unit
 
 
 def declare_qp_solver(design: QpSolverDesign) -> Declaration:

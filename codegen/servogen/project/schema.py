@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from servogen.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.fields import FileName, Section, Version, told
-from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.machine import MachineFile
 
 KNOWN_SYSTEMS = ("two_stage",)

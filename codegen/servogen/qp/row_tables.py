@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from servogen.precision import FloatArray
+from servogen.qp.errors import ProgramError
 from servogen.qp.ordered import dot, matvec
 
 
@@ -207,11 +208,19 @@ def stage_rows(
     Args:
         stage: (n + any, n + inputs): ``stage`` and ``inner`` of ``StageRows``, one upon the other.
         terminal, limited, inputs, outer, bounds: as its attributes; None: no such rows.
+
+    Raises:
+        ProgramError: all rows are bounds or all are terminal: they need no plant.
     """
     n = stage.shape[1] - inputs
     ahead, inner = stage[:n], stage[n:]
     after = np.zeros((0, n + inputs)) if outer is None else outer
     factors = np.zeros(0) if bounds is None else bounds
+    states = limited + len(inner) + len(after)
+    if not states and not (factors.size and len(terminal)):
+        found = "terminal ones alone" if len(terminal) else "bounds of variables alone"
+        expected = "some of the states of a step, or else a program by design_qp_solver(bounds=...)"
+        raise ProgramError("rows", found, expected)
     state, moved = np.zeros((n, inputs)), ahead[:, n:]
     impulse, last = [], []
     for d in range(steps):
@@ -325,13 +334,16 @@ def column_rows(
         per_step, staying, inputs: see ``ColumnRows``.
 
     Raises:
-        ValueError: one of the first ``bounds`` rows is another one.
+        ProgramError: one of the first ``bounds`` rows holds another variable.
     """
+    if bounds > min(rows.shape):
+        raise ProgramError("bounds", bounds, f"at most {min(rows.shape)} rows of one variable")
     alone = np.diagonal(rows)[:bounds]
-    if alone.size != bounds or np.any(rows[:bounds, :bounds] != np.diag(alone)):
-        raise ValueError("a row said to bound one variable holds others")
-    if np.any(rows[:bounds, bounds:]):
-        raise ValueError("a row said to bound one variable holds others")
+    others = rows[:bounds].copy()
+    np.fill_diagonal(others, 0.0)
+    if np.any(others):
+        i = int(np.flatnonzero(np.any(others, axis=1))[0])
+        raise ProgramError(f"rows[{i}]", "of others too", f"a bound of one variable, number {i}")
     columns = np.ascontiguousarray(rows[bounds:].T, dtype=dtype)
     columns.flags.writeable = False
     first = []
