@@ -238,6 +238,9 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "sg_status status = SG_OK;\n    int32_t entering",
     ),
     "lines of L": swap("(j * (j - 1)) / 2, 0", "(j * j) / 2, 0"),
+    "a kept set taken as it is": swap(
+        "if ((dropped & kept) == 1) {", "if ((dropped & kept) == 2) {"
+    ),
     "sets are never kept": swap("if (size < CORE_MPC_KEEP) {", "if (size <= CORE_MPC_VARIABLES) {"),
     "the last to vanish is dropped": swap(
         "} else if (here < share) {", "} else if (here > share) {"
@@ -270,7 +273,7 @@ def mutants() -> Any:
 
 
 def renamed(number: int) -> Variant:
-    return replace(BASE, prefix=f"set{number}")
+    return replace(BASE, prefix=f"set{number}", letter="B")
 
 
 @cache
@@ -278,9 +281,21 @@ def calls() -> list[Call]:
     """Random programs, each twice and then the one before: what a set begins with is now right,
     now one sample off, now another program's."""
     d = design(renamed(0)).mpc[0]
-    made = list(random_calls(d, 7, 90))
+    made = list(random_calls(d, 7, 400))
     steps = [c for c in made if c.operation == "step"]
-    turns = [c for k, c in enumerate(steps) for c in (c, c, steps[k - 1])]
+    reference, many = TrackingMpc(d), []
+    reference.call("reset", {"position": 0.0})
+    assert isinstance(reference.solver, ActiveSetSolver)
+    for c in steps:
+        status = reference.call("step", c.inputs)[0]
+        if status is Status.OK and reference.solver.work.size >= reference.solver.tables.keep:
+            many.append(c)
+    some = steps[:150:3]
+    turns = [c for k, c in enumerate(some) for c in (c, c, some[k - 1])]
+    # sets that are kept, met by programs that need them, another one or none
+    turns += [
+        c for k, large in enumerate(many) for c in (large, large, some[k], large, many[k - 1])
+    ]
     edges = [c for c in edge_calls(TrackingMpc(d).declaration) if c.operation != "candidate"]
     return [made[0], *turns, *edges]
 
