@@ -49,6 +49,7 @@ class Place:
         dual: (q, p + 1) its multipliers. size: (q,) of the terms that they are sums of.
         excess: what the row misses that entered last, or ``entering``. raised: its multiplier.
         iterations: so far.
+        forced: append ``entering`` though it nearly depends on the set.
         kept: a kept set's first iteration. violated: some row is, at the optimum without rows.
         ending: how the call ended.
     """
@@ -63,6 +64,7 @@ class Place:
     entering: int = -1
     kept: bool = False
     violated: bool = False
+    forced: bool = False
     ending: Ending = "optimal"
 
     @staticmethod
@@ -296,13 +298,20 @@ class Paths:
         """Append the entering row, or see that it depends on the set; elsewhere nothing."""
         if place.stage != "enter":
             return place
-        if not self._split(place.sides, place.entering)[1]:
+        if not (place.forced or self._split(place.sides, place.entering)[1]):
             return _with(place, stage="room")
         size = np.append(place.size, np.abs(place.raised).max(initial=0.0))
         dual = np.vstack([place.dual, place.raised])
         sides = (*place.sides, place.entering)
         return _with(
-            place, stage="step", sides=sides, dual=dual, size=size, entering=-1, raised=self._zero
+            place,
+            stage="step",
+            sides=sides,
+            dual=dual,
+            size=size,
+            entering=-1,
+            raised=self._zero,
+            forced=False,
         )
 
     def _make_room(self, place: Place) -> list[Way]:
@@ -312,6 +321,10 @@ class Paths:
         falling = np.flatnonzero(share * self._norm[list(place.sides)] > own)
         if not falling.size:
             nothing = np.zeros((0, self._zero.size - 1))
+            if self._left(place.sides, place.entering) > float(self.tables.rounding):
+                count = place.iterations + 1
+                forced = _with(place, stage="enter", forced=True, iterations=count)
+                return [Way(forced, nothing, np.zeros(0))]
             return [Way(_with(place, stage="end", ending="infeasible"), nothing, np.zeros(0))]
         ratio = place.dual[falling] / share[falling, None]
         size = place.size[falling] / share[falling]
@@ -354,6 +367,13 @@ class Paths:
         pivot = self._products[side, side] - float(share @ with_set)
         least = float(self.tables.dependent) * self._norm[side] ** 2
         return share, len(sides) < self._variables and pivot > least
+
+    def _left(self, sides: Sides, side: int) -> float:
+        """What the set leaves of a row, as a share of its square; nothing beside a full set."""
+        own = list(sides)
+        with_set = self._products[own, side]
+        pivot = self._products[side, side] - float(self._inverse(sides) @ with_set @ with_set)
+        return pivot / float(self._norm[side]) ** 2 if len(sides) < self._variables else 0.0
 
 
 def _with(place: Place, **changes: object) -> Place:
