@@ -14,12 +14,12 @@ which is also the order in which equal violations are taken.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from servogen.explicit.iteration_conditions import Conditions, comparisons, snapped
 from servogen.explicit.iteration_program import IterationProgram
 from servogen.explicit.tolerances import CANCELLED, NOT_EMPTY, VIOLATION_SEEN
 from servogen.plants.statespace import FloatArray
@@ -49,9 +49,8 @@ class Place:
         dual: (q, p + 1) its multipliers. size: (q,) of the terms that they are sums of.
         excess: what the row misses that entered last, or ``entering``. raised: its multiplier.
         iterations: so far.
-        forced: append ``entering`` though it nearly depends on the set.
         kept: a kept set's first iteration. violated: some row is, at the optimum without rows.
-        ending: how the call ended.
+        forced: ``entering`` is appended though it depends nearly. ending: how the call ended.
     """
 
     stage: Literal["warm", "step", "look", "enter", "room", "end"]
@@ -81,34 +80,6 @@ class Way:
     place: Place
     rows: FloatArray
     bounds: FloatArray
-
-
-@dataclass
-class _Conditions:
-    """Affine functions that are to be negative (strict) or not positive; sizes of their terms."""
-
-    functions: list[FloatArray] = field(default_factory=list)
-    sizes: list[FloatArray] = field(default_factory=list)
-    strict: list[npt.NDArray[np.bool_]] = field(default_factory=list)
-
-    def add(self, functions: FloatArray, sizes: FloatArray, strict: bool | FloatArray) -> None:
-        """(r, p + 1), (r,), one for all or (r,)."""
-        self.functions.append(functions)
-        self.sizes.append(sizes)
-        self.strict.append(np.broadcast_to(np.asarray(strict, dtype=bool), sizes.shape))
-
-    def polyhedron(self) -> tuple[FloatArray, FloatArray] | None:
-        """Rows of unit length and bounds; None where a constant condition fails."""
-        g = np.vstack(self.functions)
-        size, strict = np.concatenate(self.sizes), np.concatenate(self.strict)
-        length = np.sqrt(np.sum(g[:, :-1] ** 2, axis=1))
-        nothing = CANCELLED * size
-        constant = length <= nothing
-        value = np.where(np.abs(g[:, -1]) <= nothing, 0.0, g[:, -1])
-        if np.any(constant & ((value > 0.0) | (strict & (value == 0.0)))):
-            return None
-        g, length = g[~constant], length[~constant]
-        return g[:, :-1] / length[:, None], -g[:, -1] / length
 
 
 class Paths:
@@ -178,17 +149,20 @@ class Paths:
         violated = not start.kept
         place = self._place("warm", start.sides, start.kept, violated)
         everywhere = Way(place, np.zeros((0, self._zero.size - 1)), np.zeros(0))
-        return [everywhere] if start.kept else [everywhere, *self._none_needed(0, _Conditions())]
+        return [everywhere] if start.kept else [everywhere, *self._none_needed(0, Conditions())]
 
     def violations(self) -> tuple[FloatArray, FloatArray]:
         """Rows (2m, p) and bounds of what it is that a side is violated at the optimum without
-        rows, one polyhedron each; rows of no length are sides that never are."""
+        rows, one polyhedron each; a row of zeros is a side that is violated everywhere."""
         excess = self.excess[self.sides]
         length = np.sqrt(np.sum(excess[:, :-1] ** 2, axis=1))
+        beyond = excess[:, -1] - float(self.tables.accept)
         there = length > CANCELLED * self._size[self.sides]
-        excess, length = excess[there], length[there]
-        bounds = (excess[:, -1] - float(self.tables.accept)) / length
-        return -excess[:, :-1] / length[:, None], bounds
+        always = ~there & (beyond > 0.0)
+        length[always] = 1.0
+        rows = np.where(always[:, None], 0.0, -excess[:, :-1])[there | always]
+        length, beyond = length[there | always], beyond[there | always]
+        return rows / length[:, None], beyond / length
 
     def onward(self, place: Place) -> list[Way]:
         """Every way on from a place, whether or not any parameter of its piece takes it."""
@@ -219,7 +193,7 @@ class Paths:
         size = np.abs(inverse) @ self._size[sides]
         ways: list[Way] = []
         for p in range(q):
-            conditions = _Conditions()
+            conditions = Conditions()
             conditions.add(star[p : p + 1], size[p : p + 1], True)
             conditions.add(-star[:p], size[:p], False)
             rest = place.sides[:p] + place.sides[p + 1 :]
@@ -227,14 +201,14 @@ class Paths:
                 ways += self._none_needed(count, conditions)
             after = self._place("warm", rest, False, place.violated or place.kept)
             ways += _way(_with(after, iterations=count), conditions)
-        conditions = _Conditions()
+        conditions = Conditions()
         conditions.add(-star, size, False)
         after = _with(place, stage="look", dual=star, size=size, iterations=count, kept=False)
         return ways + _way(after, conditions)
 
-    def _none_needed(self, count: int, also: _Conditions) -> list[Way]:
+    def _none_needed(self, count: int, also: Conditions) -> list[Way]:
         """The optimum without rows keeps them all."""
-        conditions = _Conditions(list(also.functions), list(also.sizes), list(also.strict))
+        conditions = Conditions(list(also.functions), list(also.sizes), list(also.strict))
         excess = self.excess[self.sides].copy()
         excess[:, -1] -= float(self.tables.accept)
         conditions.add(excess, self._size[self.sides], False)
@@ -251,21 +225,21 @@ class Paths:
         excess_size = np.abs(place.excess).max(initial=0.0)
         ways: list[Way] = []
         for i, p in enumerate(falling):
-            conditions = _Conditions()
+            conditions = Conditions()
             conditions.add((ratio[i] - place.excess)[None], np.array([size[i] + excess_size]), True)
             others = np.arange(falling.size) != i
             conditions.add(ratio[i] - ratio[others], size[i] + size[others], falling[others] < p)
             moved = place.dual + c[:, None] * ratio[i]
             grown = np.maximum(place.size, np.abs(c) * size[i])
-            excess = _snapped((place.excess - ratio[i])[None], np.array([excess_size + size[i]]))[0]
+            excess = snapped((place.excess - ratio[i])[None], np.array([excess_size + size[i]]))[0]
             after = self._without(place, int(p), moved, grown)
             ways += _way(_with(after, excess=excess, iterations=count), conditions)
-        conditions = _Conditions()
+        conditions = Conditions()
         whole = place.dual + c[:, None] * place.excess
         grown = np.maximum(place.size, np.abs(c) * excess_size)
         conditions.add(place.excess - ratio, size + excess_size, False)
         conditions.add(-place.excess[None], np.array([excess_size]), False)
-        dual = _snapped(whole, grown)
+        dual = snapped(whole, grown)
         after = _with(place, stage="look", dual=dual, size=grown, iterations=count)
         return ways + _way(after, conditions)
 
@@ -281,10 +255,10 @@ class Paths:
         beyond[:, -1] -= accept
         ways: list[Way] = []
         if sides or not place.violated:
-            conditions = _Conditions()
+            conditions = Conditions()
             conditions.add(beyond, size[others], False)
             ways += _way(_with(place, stage="end"), conditions)
-        rows, bounds, constant, possible = _comparisons(excess[others], beyond, size[others])
+        rows, bounds, constant, possible = comparisons(excess[others], beyond, size[others])
         for i in np.flatnonzero(possible):
             side, whole = int(others[i]), ~constant[i]
             after = _with(place, stage="enter", entering=side, excess=excess[side])
@@ -298,21 +272,15 @@ class Paths:
         """Append the entering row, or see that it depends on the set; elsewhere nothing."""
         if place.stage != "enter":
             return place
-        if not (place.forced or self._split(place.sides, place.entering)[1]):
+        if not self._split(place.sides, place.entering, place.forced)[1]:
             return _with(place, stage="room")
         size = np.append(place.size, np.abs(place.raised).max(initial=0.0))
         dual = np.vstack([place.dual, place.raised])
         sides = (*place.sides, place.entering)
         return _with(
-            place,
-            stage="step",
-            sides=sides,
-            dual=dual,
-            size=size,
-            entering=-1,
-            raised=self._zero,
+            place, stage="step", sides=sides, dual=dual, size=size, entering=-1, raised=self._zero,
             forced=False,
-        )
+        )  # fmt: skip
 
     def _make_room(self, place: Place) -> list[Way]:
         """Along the combination of the set's rows that the entering one is."""
@@ -321,17 +289,16 @@ class Paths:
         falling = np.flatnonzero(share * self._norm[list(place.sides)] > own)
         if not falling.size:
             nothing = np.zeros((0, self._zero.size - 1))
-            if self._left(place.sides, place.entering) > float(self.tables.rounding):
-                count = place.iterations + 1
-                forced = _with(place, stage="enter", forced=True, iterations=count)
-                return [Way(forced, nothing, np.zeros(0))]
-            return [Way(_with(place, stage="end", ending="infeasible"), nothing, np.zeros(0))]
+            after = _with(place, stage="end", ending="infeasible")
+            if self._split(place.sides, place.entering, True)[1]:
+                after = _with(place, stage="enter", forced=True, iterations=place.iterations + 1)
+            return [Way(after, nothing, np.zeros(0))]
         ratio = place.dual[falling] / share[falling, None]
         size = place.size[falling] / share[falling]
         ways: list[Way] = []
         for i, p in enumerate(falling):
             others = np.arange(falling.size) != i
-            conditions = _Conditions()
+            conditions = Conditions()
             conditions.add(np.zeros((1, self._zero.size)), np.ones(1), False)
             conditions.add(ratio[i] - ratio[others], size[i] + size[others], falling[others] < p)
             moved = place.dual - share[:, None] * ratio[i]
@@ -344,7 +311,7 @@ class Paths:
         return ways
 
     def _without(self, place: Place, p: int, dual: FloatArray, size: FloatArray) -> Place:
-        dual = _snapped(np.delete(dual, p, axis=0), np.delete(size, p))
+        dual = snapped(np.delete(dual, p, axis=0), np.delete(size, p))
         sides = place.sides[:p] + place.sides[p + 1 :]
         return _with(place, sides=sides, dual=dual, size=np.delete(size, p))
 
@@ -359,21 +326,15 @@ class Paths:
             self._solved[sides] = found
         return found
 
-    def _split(self, sides: Sides, side: int) -> tuple[FloatArray, bool]:
+    def _split(self, sides: Sides, side: int, forced: bool = False) -> tuple[FloatArray, bool]:
         """A row as a combination of the set's, (q,), and whether enough of it is left over."""
         own = list(sides)
         with_set = self._products[own, side]
         share: FloatArray = self._inverse(sides) @ with_set
         pivot = self._products[side, side] - float(share @ with_set)
-        least = float(self.tables.dependent) * self._norm[side] ** 2
+        least = float(self.tables.rounding if forced else self.tables.dependent)
+        least *= self._norm[side] ** 2
         return share, len(sides) < self._variables and pivot > least
-
-    def _left(self, sides: Sides, side: int) -> float:
-        """What the set leaves of a row, as a share of its square; nothing beside a full set."""
-        own = list(sides)
-        with_set = self._products[own, side]
-        pivot = self._products[side, side] - float(self._inverse(sides) @ with_set @ with_set)
-        return pivot / float(self._norm[side]) ** 2 if len(sides) < self._variables else 0.0
 
 
 def _with(place: Place, **changes: object) -> Place:
@@ -384,37 +345,6 @@ def _with(place: Place, **changes: object) -> Place:
     return made
 
 
-def _way(place: Place, conditions: _Conditions) -> list[Way]:
+def _way(place: Place, conditions: Conditions) -> list[Way]:
     found = conditions.polyhedron()
     return [] if found is None else [Way(place, *found)]
-
-
-def _comparisons(
-    excess: FloatArray, beyond: FloatArray, size: FloatArray
-) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Of every function (s, p + 1) that it is the greatest of them and ``beyond`` positive.
-
-    Returns:
-        rows (s, s, p) of unit length and bounds (s, s), row i of polyhedron i being what is beyond;
-        which are constant, (s, s), and no rows; of which functions no constant row fails, (s,).
-    """
-    count = np.arange(excess.shape[0])
-    g = excess[None, :] - excess[:, None]
-    g[count, count] = -beyond
-    terms = size[None, :] + size[:, None]
-    length = np.sqrt(np.sum(g[:, :, :-1] ** 2, axis=2))
-    constant = length <= CANCELLED * terms
-    value = np.where(np.abs(g[:, :, -1]) <= CANCELLED * terms, 0.0, g[:, :, -1])
-    strict = count[None, :] <= count[:, None]  # of equal ones the first is taken
-    fails = constant & ((value > 0.0) | (strict & (value == 0.0)))
-    # nowhere in the unit box
-    fails |= g[:, :, -1] - np.sum(np.abs(g[:, :, :-1]), axis=2) > CANCELLED * terms
-    length = np.where(constant, 1.0, length)
-    return g[:, :, :-1] / length[:, :, None], -g[:, :, -1] / length, constant, ~fails.any(axis=1)
-
-
-def _snapped(functions: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Functions that cancelled are nothing: their roundings must not be compared."""
-    gone = np.max(np.abs(functions), axis=1, initial=0.0) <= CANCELLED * sizes
-    result: FloatArray = np.where(gone[:, None], 0.0, functions)
-    return result
