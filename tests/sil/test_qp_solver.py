@@ -20,7 +20,7 @@ from servogen.controllers.qp_solver_design import (
 )
 from servogen.emit.package import emit_package
 from servogen.precision import PRECISIONS
-from servogen.qp.row_tables import RowTables, stage_rows
+from servogen.qp.row_tables import RowTables, StageRows, stage_rows
 from servogen.sil.build import Module, compile_package
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call, compare
@@ -386,3 +386,31 @@ def test_a_hessian_that_is_barely_definite() -> None:
     for refused in (flat, np.diag([1.0, 0.0]), np.diag([1.0, -1.0])):
         with pytest.raises(ValueError, match="hessian"):
             design_qp_solver("no", PRECISIONS["float64"], refused, np.eye(2), CAP, 1e-9)
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_a_terminal_row_stays_where_it_is_in_the_next_call(precision: str) -> None:
+    """Only rows of the end hold: too few to be kept, and shifted to themselves."""
+    name = "two_inputs"
+    made = designs(precision)[name]
+    rows = made.tables.rows
+    assert isinstance(rows, StageRows)
+    given = random_inputs(name, precision, 20, 12)
+    given["low"], given["high"] = -1e3, 1e3
+    given["low"][:, rows.stages :], given["high"][:, rows.stages :] = -1e-3, 1e-3
+    reference, sets = QpSolver(made), []
+    reference.call("reset")
+    for call in as_calls(given):
+        assert reference.call("step", call.inputs)[0] is Status.OK
+        sets.append(reference.work.row[: reference.work.size])
+    assert all(0 < len(found) < made.tables.keep and min(found) >= rows.stages for found in sets)
+    agreement = compare(
+        QpSolver(made), in_c(name, precision), [Call("reset", {}), *as_calls(given)]
+    )
+    assert agreement.passed, agreement.difference
+    assert agreement.worst == 0.0
+    # found again at once: a second iteration would be one for a row that was not there
+    assert all(
+        reference.call("step", call.inputs)[1]["iterations"] == 1
+        for call in list(as_calls(given))[-1:]
+    )
