@@ -9,11 +9,12 @@ OUT    ?= out/$(SYSTEM)
 # it says itself. `servogen check list` has them with their packages.
 SYSTEMS  := two_stage servo_drive
 CHECKS   := counts compilers coverage sanitizers misra pil prove fuzz dsp
-PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes servo_drive/servogen
+PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes two_stage/active_set \
+            servo_drive/servogen
 # out/two_stage for the project that `make run` is about, else out/<file>
 out_of = out/$(if $(filter servogen,$(notdir $(1))),$(patsubst %/,%,$(dir $(1))),$(notdir $(1)))
 
-.PHONY: run test lint format golden bench browser clean seeded $(CHECKS) evidence certificate
+.PHONY: run test lint format golden bench bench-docs browser clean seeded $(CHECKS) evidence certificate
 
 run: $(STAMP)
 	$(BIN)/servogen run examples/$(SYSTEM)/servogen.toml -o $(OUT)
@@ -50,12 +51,23 @@ golden: $(STAMP)
 	for system in $(SYSTEMS); do \
 	  $(BIN)/servogen build examples/$$system/servogen.toml -o generated/$$system || exit 1; done
 
-# Ratios against peers, each within one run, and what they must reach: critical regions against PPOPT,
-# the sizes of search trees, instruction counts against the dense form (needs valgrind).
+# Ratios against peers, each within one run, and what they must reach: critical regions and lookups
+# against PPOPT, the sizes of search trees, instruction counts of QP back ends (needs valgrind, g++).
+# All of them run, whatever one says; the tables of docs/benchmarks.md are made by bench-docs.
 bench: $(STAMP)
-	$(BIN)/python benchmarks/explicit_regions.py
-	@command -v valgrind > /dev/null || { echo "make bench needs valgrind: apt-get install valgrind"; exit 1; }
-	$(BIN)/python benchmarks/pqp_iteration.py
+	@for tool in valgrind g++; do command -v $$tool > /dev/null || \
+	  { echo "make bench needs $$tool: apt-get install $$tool"; exit 1; }; done
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+	@failed=; begin=$$(date +%s); \
+	for each in explicit_regions pqp_iteration lookups qp_solvers; do \
+	  $(BIN)/python benchmarks/$$each.py; status=$$?; \
+	  if [ $$status = 130 ]; then exit 130; fi; \
+	  [ $$status = 0 ] || failed="$$failed $$each"; done; \
+	echo "make bench: $$(( ($$(date +%s) - begin) / 60 )) minutes"; \
+	test -z "$$failed" || { echo "promises broken, or not judged:$$failed"; exit 1; }
+
+bench-docs: $(STAMP)
+	$(BIN)/python benchmarks/write_docs.py out/bench
 
 $(CHECKS): $(STAMP)
 	$(foreach p,$(PROJECTS),$(BIN)/servogen check $@ examples/$(p).toml -o $(call out_of,$(p)) && ) :

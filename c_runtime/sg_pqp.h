@@ -8,14 +8,7 @@
 #define SG_PQP_H
 
 #include "sg_kernels.h"
-
-/* With SG_OWN_DIVISION, for a processor that has neither a division nor a library of one. */
-#if defined(SG_OWN_DIVISION)
-#include "sg_division.h"
-#define SG_DIVIDE(a, b) sg_divide((a), (b))
-#else
-#define SG_DIVIDE(a, b) ((a) / (b))
-#endif
+#include "sg_quotient.h"
 
 /* What an iterate tells: its worst slack (negative: violated), where, and the duality gap. */
 typedef struct {
@@ -25,21 +18,13 @@ typedef struct {
     int32_t is_lower;
 } sg_pqp_state;
 
-/* correction = H^-1 A' (upper - lower), change = A correction; slacks and gap from them. */
-static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse_columns,
-                                   const sg_real *restrict rows_columns,
-                                   const sg_real *restrict upper, const sg_real *restrict lower,
+/* Slacks and gap of an iterate from `change` = A H^-1 A' (upper - lower). */
+static inline void sg_pqp_evaluate(int m, const sg_real *restrict upper,
+                                   const sg_real *restrict lower,
                                    const sg_real *restrict slack_upper,
                                    const sg_real *restrict slack_lower,
-                                   sg_real *restrict scratch, sg_real *restrict correction,
-                                   sg_real *restrict change, sg_pqp_state *restrict state)
+                                   const sg_real *restrict change, sg_pqp_state *restrict state)
 {
-    SG_PRAGMA("MUST_ITERATE(1)")
-    for (int i = 0; i < m; i++) {
-        scratch[i] = upper[i] - lower[i];
-    }
-    sg_matvec(n, m, inverse_columns, scratch, correction);
-    sg_matvec(m, n, rows_columns, correction, change);
     state->worst = slack_upper[0] + change[0];
     state->row = 0;
     state->is_lower = 0;
@@ -63,25 +48,73 @@ static inline void sg_pqp_evaluate(int m, int n, const sg_real *restrict inverse
     state->gap = gap;
 }
 
-/* (20) on both sides of every row; keeps the last iterate for the extrapolation. */
-static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute_columns,
+/*
+ * sum >= |D| (upper + lower), which is all that (20) asks of it. A pair of duals below its floor counts
+ * as if it stood there; what all pairs give at their floors is the table `at_floor`. The same row of
+ * four steps shares one column, the first 4 `blocks` steps over; each row after them has its own.
+ * Both sizes of `columns` are filled up to a multiple of four; four columns are skipped where all
+ * their pairs are at the floor.
+ */
+static inline void sg_pqp_majorant(int m, int per_step, int blocks, int lines, int stride,
+                                   const sg_real *restrict columns,
+                                   const sg_real *restrict at_floor,
+                                   const sg_real *restrict floor_table,
+                                   const sg_real *restrict root_diagonal,
+                                   const sg_real *restrict upper, const sg_real *restrict lower,
+                                   sg_real *restrict above, sg_real *restrict shared,
+                                   sg_real *restrict sum)
+{
+    const sg_real zero = (sg_real)0;
+    const int grouped = per_step * blocks;
+    SG_PRAGMA("MUST_ITERATE(1)")
+    for (int i = 0; i < m; i++) {
+        const sg_real pair = (upper[i] + lower[i]) - (floor_table[i] + floor_table[i]);
+        above[i] = root_diagonal[i] * sg_max(pair, zero);
+    }
+    sg_fill(4, zero, &shared[lines - 4]);
+    for (int block = 0; block < blocks; block++) {
+        const sg_real *restrict four = &above[4 * per_step * block];
+        for (int i = 0; i < per_step; i++) {
+            shared[(per_step * block) + i] =
+                ((four[i] + four[per_step + i]) + four[(2 * per_step) + i]) + four[(3 * per_step) + i];
+        }
+    }
+    for (int i = 4 * grouped; i < m; i++) {
+        shared[i - (3 * grouped)] = above[i];
+    }
+    sg_copy(stride, at_floor, sum);
+    SG_PRAGMA("MUST_ITERATE(1)")
+    for (int32_t j = 0; j < lines; j += 4) {
+        const sg_real x0 = shared[j];
+        const sg_real x1 = shared[j + 1];
+        const sg_real x2 = shared[j + 2];
+        const sg_real x3 = shared[j + 3];
+        if (sg_max(sg_max(x0, x1), sg_max(x2, x3)) > zero) {
+            const sg_real *restrict c0 = &columns[j * stride];
+            const sg_real *restrict c1 = &columns[(j + 1) * stride];
+            const sg_real *restrict c2 = &columns[(j + 2) * stride];
+            const sg_real *restrict c3 = &columns[(j + 3) * stride];
+            SG_PRAGMA("MUST_ITERATE(4)")
+            for (int i = 0; i < stride; i++) {
+                sum[i] = (((sum[i] + (c0[i] * x0)) + (c1[i] * x1)) + (c2[i] * x2)) + (c3[i] * x3);
+            }
+        }
+    }
+}
+
+/* (20) on both sides of every row, with `absolute` of sg_pqp_majorant; keeps the last iterate. */
+static inline void sg_pqp_multiply(int m, const sg_real *restrict absolute,
                                    const sg_real *restrict phi_diagonal,
                                    const sg_real *restrict vanish,
                                    const sg_real *restrict ceiling,
                                    const sg_real *restrict slack_upper,
                                    const sg_real *restrict slack_lower,
-                                   const sg_real *restrict change, sg_real *restrict scratch,
-                                   sg_real *restrict absolute, sg_real *restrict upper,
+                                   const sg_real *restrict change, sg_real *restrict upper,
                                    sg_real *restrict lower, sg_real *restrict last_upper,
                                    sg_real *restrict last_lower, sg_real *restrict last_change)
 {
     const sg_real zero = (sg_real)0;
     const sg_real half = (sg_real)0.5;
-    SG_PRAGMA("MUST_ITERATE(1)")
-    for (int i = 0; i < m; i++) {
-        scratch[i] = upper[i] + lower[i];
-    }
-    sg_matvec(m, m, absolute_columns, scratch, absolute);
     SG_PRAGMA("MUST_ITERATE(1)")
     for (int i = 0; i < m; i++) {
         const sg_real plus = sg_max(half * (absolute[i] + change[i]), zero);

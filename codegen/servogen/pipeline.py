@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from servogen.evidence.certificate import NOT_RUN, Certificate
+from servogen.evidence.certificate import MEASURED, NOT_RUN, Certificate
 from servogen.evidence.finding import FOLDER
 from servogen.evidence.finding import keep as keep_finding
 from servogen.jsontext import json_text
@@ -98,6 +98,9 @@ class RunResult:
         missing = [e.name for e in self.certificate.having(NOT_RUN)] if self.certificate else []
         if missing:
             verdict += f"; not run: {', '.join(missing)} (servogen check list)"
+        measured = self.certificate.having(MEASURED) if self.certificate else []
+        if measured:
+            verdict += f"; measured, not proved: {', '.join(e.name for e in measured)}"
         return [*(line for s in self.steps.values() for line in s.lines()), f"run       {verdict}"]
 
     def to_json(self) -> dict[str, object]:

@@ -1,25 +1,25 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * SPRG-MPC cascade for a two-stage machine
  *
  * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
  * of C objects on the stack. Constant tables of this file: 224 bytes.
  *
- * worst case of one call                        add     mul   div    cmp other    load  store stack
- * two_stage_init                                  0       0     0      0     0       0   8900    32
- * two_stage_reset                                 0       0     0     30     0     280  15656    92
- * two_stage_step                            1584636 1473877 28956 200044 39656 2263653 530472  5492
- *   fixed part                                16224   13309     0   7612   896   27885   9948
- *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   13758   12812   254   1688   340   19612   4566
- * two_stage_predict                              24      24     0     30     0      84     48   236
- * two_stage_plan                            1584626 1473870 28956 199994 39654 2263619 530452  5476
- *   fixed part                                16214   13302     0   7562   894   27851   9928
- *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   13758   12812   254   1688   340   19612   4566
- * two_stage_start                                10       7     0     50     2      36     22   228
- * two_stage_fast_step                            42      36     0     22    17     117     42   204
+ * worst case of one call                        add    mul   div    cmp other    load  store stack
+ * two_stage_init                                  0      0     0      0     0       0   8948    32
+ * two_stage_reset                                 0      0     0     30     0     280  15704    92
+ * two_stage_step                            1151256 969735 47244 341930 64136 1860125 409662  5492
+ *   fixed part                                 6984   4395     0   7502   896   15749   6414
+ *   each of 186 TWO_STAGE_MPC_ITERATION_CAP    6152   5190   254   1798   340    9916   2168
+ * two_stage_predict                              24     24     0     30     0      84     48   236
+ * two_stage_plan                            1151246 969728 47244 341880 64134 1860091 409642  5476
+ *   fixed part                                 6974   4388     0   7452   894   15715   6394
+ *   each of 186 TWO_STAGE_MPC_ITERATION_CAP    6152   5190   254   1798   340    9916   2168
+ * two_stage_start                                10      7     0     50     2      36     22   228
+ * two_stage_fast_step                            42     36     0     22    17     117     42   204
  */
 #include "two_stage.h"
 #include "two_stage_scalar.h"

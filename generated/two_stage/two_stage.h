@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 6f28a81795cf3b0b. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 2e9a6c6b51c5ddcb. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H
@@ -78,8 +78,8 @@ typedef struct {
     int32_t points_taken; /* 1 [0 .. 150]: points to drop from the front of the path */
     int32_t interval_points; /* 1 [0 .. 150]: points of the interval that begins */
     int32_t pending; /* 1 [0 .. 3000]: points taken and not yet processed */
-    int32_t iterations_x; /* 1 [0 .. 114]: PQP iterations */
-    int32_t iterations_y; /* 1 [0 .. 114]: PQP iterations */
+    int32_t iterations_x; /* 1 [0 .. 186]: iterations of the MPC's program */
+    int32_t iterations_y; /* 1 [0 .. 186]: iterations of the MPC's program */
     int32_t status_x; /* 1 [0 .. 9]: status of this axis */
     int32_t status_y; /* 1 [0 .. 9]: status of this axis */
 } two_stage_step_out;

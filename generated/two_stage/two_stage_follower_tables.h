@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 6f28a81795cf3b0b. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design 2e9a6c6b51c5ddcb. */
 /* Constant tables of two_stage_follower; included by two_stage_follower.c only. */
 #ifndef TWO_STAGE_FOLLOWER_TABLES_H
 #define TWO_STAGE_FOLLOWER_TABLES_H

@@ -1,22 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from mpc.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1
  *
  * Counted in this C, calls of other files included (servogen wcet): operations on two_stage_real, bytes
- * of C objects on the stack. Constant tables of this file: 59904 bytes.
+ * of C objects on the stack. Constant tables of this file: 21632 bytes.
  *
- * worst case of one call                       add    mul   div   cmp other    load  store stack
- * two_stage_mpc_init                             0      0     0     0     0       0    923    24
- * two_stage_mpc_reset                            0      0     0     5     0     128    150    48
- * two_stage_mpc_seed                             0      0     0     5     0      21     20    48
- * two_stage_mpc_candidate                      228    228     0    15     0     598    348   196
- * two_stage_mpc_step                        791081 736509 14478 97131 19491 1127642 263610   436
- *   fixed part                                6875   6225     0   915   111    9758   3348
- *   each of 114 TWO_STAGE_MPC_ITERATION_CAP   6879   6406   127   844   170    9806   2283
- * two_stage_mpc_hold                            12     12     0    51    23     145     85   184
+ * worst case of one call                       add    mul   div    cmp other   load  store stack
+ * two_stage_mpc_init                             0      0     0      0     0      0    947    24
+ * two_stage_mpc_reset                            0      0     0      5     0    128    150    48
+ * two_stage_mpc_seed                             0      0     0      5     0     21     20    48
+ * two_stage_mpc_candidate                      228    228     0     15     0    598    348   196
+ * two_stage_mpc_step                        574391 484438 23622 168074 31731 925878 203205   572
+ *   fixed part                                2255   1768     0    860   111   3690   1581
+ *   each of 186 TWO_STAGE_MPC_ITERATION_CAP   3076   2595   127    899   170   4958   1084
+ * two_stage_mpc_hold                            12     12     0     51    23    145     85   184
  */
 #include "two_stage_mpc.h"
 #include "two_stage_scalar.h"
@@ -56,6 +56,73 @@ static void two_stage_mpc_shift_plan(two_stage_mpc_t *self, sg_real reference)
     sg_shift(TWO_STAGE_MPC_HORIZON, self->scratch_plan, reference);
 }
 
+/* A z and what the state at the start adds: the plant driven by z. */
+static void two_stage_mpc_rows(const sg_real *restrict start, const sg_real *restrict z, sg_real *restrict rows)
+{
+    sg_real x0 = start[0];
+    sg_real x1 = start[1];
+    sg_real x2 = start[2];
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
+    for (int32_t k = 0; k < TWO_STAGE_MPC_STEPS; k++) {
+        const int32_t first = k * TWO_STAGE_MPC_ROWS_PER_STEP;
+        const sg_real u0 = z[k];
+        const sg_real y0 = (((two_stage_mpc_plant[0] * x0) +
+            (two_stage_mpc_plant[1] * x1)) +
+            (two_stage_mpc_plant[2] * x2)) +
+            (two_stage_mpc_plant[3] * u0);
+        const sg_real y1 = (((two_stage_mpc_plant[4] * x0) +
+            (two_stage_mpc_plant[5] * x1)) +
+            (two_stage_mpc_plant[6] * x2)) +
+            (two_stage_mpc_plant[7] * u0);
+        const sg_real y2 = (((two_stage_mpc_plant[8] * x0) +
+            (two_stage_mpc_plant[9] * x1)) +
+            (two_stage_mpc_plant[10] * x2)) +
+            (two_stage_mpc_plant[11] * u0);
+        const sg_real r0 = y0;
+        rows[first] = r0;
+        const sg_real r1 = y1;
+        rows[first + 1] = r1;
+        const sg_real r2 = y2;
+        rows[first + 2] = r2;
+        x0 = y0;
+        x1 = y1;
+        x2 = y2;
+    }
+    const sg_real last[TWO_STAGE_MPC_ORDER] = { x0, x1, x2 };
+    sg_matvec(TWO_STAGE_MPC_TERMINAL_ROWS, TWO_STAGE_MPC_ORDER, two_stage_mpc_terminal_columns, last,
+              &rows[TWO_STAGE_MPC_STEPS * TWO_STAGE_MPC_ROWS_PER_STEP]);
+}
+
+/* A'y: the plant run backwards, driven by what weighs on its outputs. */
+static void two_stage_mpc_adjoint(const sg_real *restrict y, sg_real *restrict result)
+{
+    sg_real x0 = sg_dot(TWO_STAGE_MPC_TERMINAL_ROWS, &two_stage_mpc_terminal_columns[0],
+                         &y[TWO_STAGE_MPC_STEPS * TWO_STAGE_MPC_ROWS_PER_STEP]);
+    sg_real x1 = sg_dot(TWO_STAGE_MPC_TERMINAL_ROWS, &two_stage_mpc_terminal_columns[3],
+                         &y[TWO_STAGE_MPC_STEPS * TWO_STAGE_MPC_ROWS_PER_STEP]);
+    sg_real x2 = sg_dot(TWO_STAGE_MPC_TERMINAL_ROWS, &two_stage_mpc_terminal_columns[6],
+                         &y[TWO_STAGE_MPC_STEPS * TWO_STAGE_MPC_ROWS_PER_STEP]);
+    SG_PRAGMA("MUST_ITERATE(20, 20)")
+    for (int32_t k = TWO_STAGE_MPC_STEPS - 1; k >= 0; k--) {
+        const sg_real *const own = &y[k * TWO_STAGE_MPC_ROWS_PER_STEP];
+        const sg_real w0 = x0 + own[0];
+        const sg_real w1 = x1 + own[1];
+        const sg_real w2 = x2 + own[2];
+        x0 = ((two_stage_mpc_plant[0] * w0) +
+            (two_stage_mpc_plant[4] * w1)) +
+            (two_stage_mpc_plant[8] * w2);
+        x1 = ((two_stage_mpc_plant[1] * w0) +
+            (two_stage_mpc_plant[5] * w1)) +
+            (two_stage_mpc_plant[9] * w2);
+        x2 = ((two_stage_mpc_plant[2] * w0) +
+            (two_stage_mpc_plant[6] * w1)) +
+            (two_stage_mpc_plant[10] * w2);
+        result[k] = ((two_stage_mpc_plant[3] * w0) +
+            (two_stage_mpc_plant[7] * w1)) +
+            (two_stage_mpc_plant[11] * w2);
+    }
+}
+
 static void two_stage_mpc_cold_duals(two_stage_mpc_t *self)
 {
     sg_copy(TWO_STAGE_MPC_ROWS, two_stage_mpc_floor, self->upper);
@@ -74,6 +141,34 @@ static void two_stage_mpc_shift_duals(sg_real *y)
         y[i] = sg_max(y[i], two_stage_mpc_floor[i]);
     }
 }
+
+/* t = H^-1 A' (upper - lower), the correction of (21), and what it changes in the rows, A t. */
+static void two_stage_mpc_correct(two_stage_mpc_t *self)
+{
+    sg_real at_rest[TWO_STAGE_MPC_ORDER];
+    sg_real gradient[TWO_STAGE_MPC_VARIABLES];
+    SG_PRAGMA("MUST_ITERATE(63, 63)")
+    for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
+        self->scratch[i] = self->upper[i] - self->lower[i];
+    }
+    two_stage_mpc_adjoint(self->scratch, gradient);
+    sg_matvec(TWO_STAGE_MPC_VARIABLES, TWO_STAGE_MPC_VARIABLES, two_stage_mpc_inverse, gradient, self->correction);
+    sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, at_rest);
+    two_stage_mpc_rows(at_rest, self->correction, self->change);
+}
+
+/* One turn of (20). */
+static void two_stage_mpc_multiply(two_stage_mpc_t *self)
+{
+    sg_pqp_majorant(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_ROWS_PER_STEP, TWO_STAGE_MPC_BLOCKS, TWO_STAGE_MPC_LINES, TWO_STAGE_MPC_STRIDE,
+                    two_stage_mpc_columns, two_stage_mpc_at_floor, two_stage_mpc_floor, two_stage_mpc_root_diagonal, self->upper,
+                    self->lower, self->scratch, self->shared, self->absolute_sum);
+    sg_pqp_multiply(TWO_STAGE_MPC_ROWS, self->absolute_sum, two_stage_mpc_phi_diagonal, two_stage_mpc_vanish,
+                    two_stage_mpc_ceiling, self->slack_upper, self->slack_lower, self->change,
+                    self->upper, self->lower, self->last_upper, self->last_lower,
+                    self->last_change);
+}
+
 
 /* Bounds of the rows, relative to the position, drawn in by the margin. */
 static void two_stage_mpc_bounds(two_stage_mpc_t *self, sg_real origin, const two_stage_mpc_step_in *in)
@@ -98,23 +193,15 @@ static void two_stage_mpc_bounds(two_stage_mpc_t *self, sg_real origin, const tw
     }
 }
 
-/* Rows of (19b) at a plan relative to the position, in self->rows; `rest` is (v, a, ...). */
-static void two_stage_mpc_rows(two_stage_mpc_t *self, const sg_real *plan, const sg_real *rest)
-{
-    sg_matvec(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_HORIZON, two_stage_mpc_rows_columns, plan, self->rows);
-    sg_matvec(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_ORDER - 1, two_stage_mpc_rows_state, rest, self->scratch);
-    sg_add(TWO_STAGE_MPC_ROWS, self->scratch, self->rows);
-}
-
 /* The shifted plan in self->scratch_plan, held to the true bounds from the measured state. */
-static sg_status two_stage_mpc_judge(two_stage_mpc_t *self, sg_real origin, const sg_real *rest)
+static sg_status two_stage_mpc_judge(two_stage_mpc_t *self, sg_real origin)
 {
     sg_status status = SG_BACKUP;
     SG_PRAGMA("MUST_ITERATE(20, 20)")
     for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {
         self->correction[i] = self->scratch_plan[i] - origin;
     }
-    two_stage_mpc_rows(self, self->correction, rest);
+    two_stage_mpc_rows(self->start, self->correction, self->rows);
     SG_PRAGMA("MUST_ITERATE(63, 63)")
     for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
         if (self->rows[i] > (self->above[i] + two_stage_mpc_margin)) {
@@ -135,11 +222,11 @@ static sg_status two_stage_mpc_solve(two_stage_mpc_t *self, int32_t *iterations)
     int32_t turn = 0;
     two_stage_mpc_shift_duals(self->upper);
     two_stage_mpc_shift_duals(self->lower);
-    SG_PRAGMA("MUST_ITERATE(1, 114)")
+    SG_PRAGMA("MUST_ITERATE(1, 186)")
     for (int k = 0; k < TWO_STAGE_MPC_ITERATION_CAP; k++) {
-        sg_pqp_evaluate(TWO_STAGE_MPC_ROWS, TWO_STAGE_MPC_HORIZON, two_stage_mpc_inverse_columns, two_stage_mpc_rows_columns,
-                        self->upper, self->lower, self->slack_upper, self->slack_lower,
-                        self->scratch, self->correction, self->change, &seen);
+        two_stage_mpc_correct(self);
+        sg_pqp_evaluate(TWO_STAGE_MPC_ROWS, self->upper, self->lower, self->slack_upper, self->slack_lower,
+                        self->change, &seen);
         *iterations = k + 1;
         status = (seen.worst >= -two_stage_mpc_tolerance) ? SG_SUBOPTIMAL : SG_BACKUP;
         if (status == SG_SUBOPTIMAL) {
@@ -168,10 +255,7 @@ static sg_status two_stage_mpc_solve(two_stage_mpc_t *self, int32_t *iterations)
                                self->slack_lower, self->change, self->upper, self->lower,
                                self->last_upper, self->last_lower, self->last_change);
         } else {
-            sg_pqp_multiply(TWO_STAGE_MPC_ROWS, two_stage_mpc_absolute, two_stage_mpc_phi_diagonal, two_stage_mpc_vanish,
-                            two_stage_mpc_ceiling, self->slack_upper, self->slack_lower, self->change,
-                            self->scratch, self->absolute_sum, self->upper, self->lower,
-                            self->last_upper, self->last_lower, self->last_change);
+            two_stage_mpc_multiply(self);
         }
         /*@ merge seen.row; */
         turn = (turn == (TWO_STAGE_MPC_PERIOD - 1)) ? 0 : (turn + 1);
@@ -192,8 +276,13 @@ static int32_t two_stage_mpc_unconstrained(two_stage_mpc_t *self, sg_real origin
     sg_matvec(TWO_STAGE_MPC_HORIZON, TWO_STAGE_MPC_REFERENCES, two_stage_mpc_plan_reference, self->relative,
               self->correction);
     sg_add(TWO_STAGE_MPC_HORIZON, self->correction, self->free_plan);
-    two_stage_mpc_rows(self, self->free_plan, rest);
+    self->start[0] = (sg_real)0;
+    SG_PRAGMA("MUST_ITERATE(2, 2)")
+    for (int i = 1; i < TWO_STAGE_MPC_ORDER; i++) {
+        self->start[i] = rest[i - 1] * two_stage_mpc_start_scale[i];
+    }
     two_stage_mpc_bounds(self, origin, in);
+    two_stage_mpc_rows(self->start, self->free_plan, self->rows);
     SG_PRAGMA("MUST_ITERATE(63, 63)")
     for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
         self->slack_upper[i] = self->above[i] - self->rows[i];
@@ -214,21 +303,23 @@ void two_stage_mpc_init(two_stage_mpc_t *self)
     sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, self->predicted);
     sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->upper);
     sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->lower);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->slack_upper);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->slack_lower);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->change);
+    sg_fill(TWO_STAGE_MPC_STRIDE, (sg_real)0, self->absolute_sum);
+    sg_fill(TWO_STAGE_MPC_LINES, (sg_real)0, self->shared);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->scratch);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_upper);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_lower);
+    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_change);
     sg_fill(TWO_STAGE_MPC_REFERENCES, (sg_real)0, self->relative);
+    sg_fill(TWO_STAGE_MPC_ORDER, (sg_real)0, self->start);
     sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->free_plan);
     sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->correction);
     sg_fill(TWO_STAGE_MPC_HORIZON, (sg_real)0, self->scratch_plan);
     sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->below);
     sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->above);
     sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->rows);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->slack_upper);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->slack_lower);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->change);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->absolute_sum);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->scratch);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_upper);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_lower);
-    sg_fill(TWO_STAGE_MPC_ROWS, (sg_real)0, self->last_change);
     self->ready = 0;
 }
 
@@ -316,7 +407,7 @@ static sg_status two_stage_mpc_optimise(two_stage_mpc_t *self, const two_stage_m
     }
     if (status == SG_BACKUP) {
         two_stage_mpc_shift_plan(self, in->reference[TWO_STAGE_MPC_HORIZON]);
-        status = two_stage_mpc_judge(self, origin, &state[1]);
+        status = two_stage_mpc_judge(self, origin);
     } else {
         SG_PRAGMA("MUST_ITERATE(20, 20)")
         for (int i = 0; i < TWO_STAGE_MPC_HORIZON; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 6f28a81795cf3b0b. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 2e9a6c6b51c5ddcb. */
 /* Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1 */
 #ifndef TWO_STAGE_MPC_H
 #define TWO_STAGE_MPC_H
@@ -17,7 +17,15 @@ enum {
     TWO_STAGE_MPC_ROWS = 63, /* two-sided rows of (19b) */
     TWO_STAGE_MPC_ROWS_PER_STEP = 3, /* position, velocity, ... */
     TWO_STAGE_MPC_TERMINAL_ROWS = 3, /* of (16g), not implied */
-    TWO_STAGE_MPC_ITERATION_CAP = 114, /* iterations of (20) at the most */
+    TWO_STAGE_MPC_ITERATION_CAP = 186, /* iterations at the most */
+    TWO_STAGE_MPC_VARIABLES = 20, /* of the program */
+    TWO_STAGE_MPC_STRIDE = 64, /* ROWS, filled up to a multiple of four */
+    TWO_STAGE_MPC_LINES = 20, /* columns of the bound on |D|, filled up likewise */
+    TWO_STAGE_MPC_BLOCKS = 5, /* of four steps whose rows share columns */
+    TWO_STAGE_MPC_STEPS = 20, /* of the horizon */
+    TWO_STAGE_MPC_INPUTS = 1, /* variables of one step */
+    TWO_STAGE_MPC_BOUNDS = 0, /* rows of a step that are its variables */
+    TWO_STAGE_MPC_LIMITED = 3, /* states that are rows */
     TWO_STAGE_MPC_PERIOD = 6 /* turns of an acceleration cycle */
 };
 
@@ -27,21 +35,23 @@ typedef struct {
     two_stage_real predicted[TWO_STAGE_MPC_ORDER]; /* state expected at the next step */
     two_stage_real upper[TWO_STAGE_MPC_ROWS]; /* duals of the upper sides */
     two_stage_real lower[TWO_STAGE_MPC_ROWS]; /* duals of the lower sides */
+    two_stage_real slack_upper[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
+    two_stage_real slack_lower[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
+    two_stage_real change[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
+    two_stage_real absolute_sum[TWO_STAGE_MPC_STRIDE]; /* workspace, no meaning between calls */
+    two_stage_real shared[TWO_STAGE_MPC_LINES]; /* workspace, no meaning between calls */
+    two_stage_real scratch[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
+    two_stage_real last_upper[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
+    two_stage_real last_lower[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
+    two_stage_real last_change[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
     two_stage_real relative[TWO_STAGE_MPC_REFERENCES]; /* workspace, no meaning between calls */
+    two_stage_real start[TWO_STAGE_MPC_ORDER]; /* workspace, no meaning between calls */
     two_stage_real free_plan[TWO_STAGE_MPC_HORIZON]; /* workspace, no meaning between calls */
     two_stage_real correction[TWO_STAGE_MPC_HORIZON]; /* workspace, no meaning between calls */
     two_stage_real scratch_plan[TWO_STAGE_MPC_HORIZON]; /* workspace, no meaning between calls */
     two_stage_real below[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
     two_stage_real above[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
     two_stage_real rows[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real slack_upper[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real slack_lower[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real change[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real absolute_sum[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real scratch[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real last_upper[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real last_lower[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
-    two_stage_real last_change[TWO_STAGE_MPC_ROWS]; /* workspace, no meaning between calls */
     int32_t ready; /* 1 after a successful reset */
 } two_stage_mpc_t;
 
@@ -80,7 +90,7 @@ typedef struct {
 
 typedef struct {
     two_stage_real command; /* m [-0.6000000000000001 .. 0.6000000000000001]: slow stage position command for this period */
-    int32_t iterations; /* 1 [0 .. 114]: iterates evaluated; 0: none needed */
+    int32_t iterations; /* 1 [0 .. 186]: iterates evaluated; 0: none needed */
 } two_stage_mpc_step_out;
 
 typedef struct {

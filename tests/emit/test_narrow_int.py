@@ -5,10 +5,11 @@ int32_t is given a type of its own here, wider than int, so that the syntax tree
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from core_designs import VARIANTS, package
+from core_designs import VARIANTS, Variant, package
 from pycparser import c_ast
 
 from servogen.emit.package import CPackage
@@ -20,6 +21,17 @@ from servogen.wcet.program import Program
 # Products of two ints that stay below a dimension: an index of `above`, which has ROWS elements;
 # the kernel's own test leaves the place of a column, which is an int32_t.
 SMALL = {"k * MPC_ROWS_PER_STEP"}
+# PQP's rows of whole groups of four steps, at most ROWS of them.
+GROUPED = {
+    "per_step * blocks",
+    "per_step * block",
+    "2 * per_step",
+    "3 * per_step",
+    "4 * per_step",
+    "(BinaryOp) * block",
+    "3 * grouped",
+    "4 * grouped",
+}
 
 
 @pytest.fixture(autouse=True)
@@ -60,13 +72,28 @@ def _text(node: c_ast.Node) -> str:
     return str(node.value) if isinstance(node, c_ast.Constant) else f"({type(node).__name__})"
 
 
-@pytest.mark.parametrize("name", ["example", "axes differ", "governor alone", "plain PQP"])
-def test_products_of_ints_stay_below_a_dimension(name: str, tmp_path: Path) -> None:
-    made = package(VARIANTS[name])
+ACTIVE_SET = replace(VARIANTS["example"], method="active_set")
+
+
+@pytest.mark.parametrize(
+    ("variant", "small"),
+    [
+        (VARIANTS["example"], SMALL | GROUPED),
+        (VARIANTS["axes differ"], SMALL | GROUPED),
+        (VARIANTS["plain PQP"], SMALL | GROUPED),
+        (VARIANTS["governor alone"], set()),
+        (ACTIVE_SET, SMALL),
+    ],
+    ids=["example", "axes differ", "plain PQP", "governor alone", "active set"],
+)
+def test_products_of_ints_stay_below_a_dimension(
+    variant: Variant, small: set[str], tmp_path: Path
+) -> None:
+    made = package(variant)
     found = {
         text.replace("MPC_X", "MPC").replace("MPC_Y", "MPC") for text in products(made, tmp_path)
     }
-    assert found == (SMALL if VARIANTS[name].horizon else set())
+    assert found == small
     for d in made.declarations:
         size = {dim.name: dim.value for dim in d.dimensions}
         if d.kind == "mpc":

@@ -10,6 +10,7 @@ import pytest
 
 from servogen.evidence.certificate import (
     FAILED,
+    MEASURED,
     NOT_APPLICABLE,
     NOT_RUN,
     PASSED,
@@ -19,6 +20,7 @@ from servogen.evidence.certificate import (
     strangers_in,
 )
 from servogen.evidence.finding import Finding, Origin, evidence_file, keep
+from servogen.pipeline import RunResult
 
 DIGESTS = {"float64": "a" * 64, "float32": "b" * 64}
 BOTH = ("float64", "float32")
@@ -55,6 +57,17 @@ def test_a_finding_about_other_c_is_no_evidence(tmp_path: Path, subjects: dict[s
     assert entry.state == NOT_RUN
     assert "another build" in entry.summary
     assert not entry.figures
+
+
+def test_what_was_measured_counts_neither_as_passed_nor_as_failed(tmp_path: Path) -> None:
+    keep(replace(GOOD, measured=True), tmp_path, ORIGIN)
+    assert state(tmp_path) == MEASURED
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    found = Certificate("p", "0", "h", "float64", DIGESTS, ORIGIN, (entry,))
+    assert found.result == "incomplete"  # nothing passed
+    assert found.lines()[0] == "evidence  incomplete: 1 measured"
+    keep(replace(GOOD, measured=True, passed=False, faults=("no",)), tmp_path, ORIGIN)
+    assert state(tmp_path) == FAILED
 
 
 def test_a_finding_from_another_input_is_no_evidence(tmp_path: Path) -> None:
@@ -171,3 +184,11 @@ def test_what_was_left_out_stands_in_the_one_line(tmp_path: Path) -> None:
     assert entry.details == ("a line", *(f"not run: {text}" for text in left))
     told = replace(certificate(), entries=(entry,)).lines()
     assert told[-1].endswith("passed    all equal; not run: clang; gcc 32-bit, calls")
+
+
+def test_the_last_line_of_a_run_tells_what_was_only_measured(tmp_path: Path) -> None:
+    keep(replace(GOOD, measured=True), tmp_path, ORIGIN)
+    entry = entry_of(WANTED, tmp_path, DIGESTS, ORIGIN)
+    found = Certificate("p", "0", "h", "float64", DIGESTS, ORIGIN, (entry,))
+    told = RunResult({}, found).lines()[-1]
+    assert told == "run       all checks passed; measured, not proved: pil"

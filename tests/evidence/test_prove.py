@@ -75,7 +75,7 @@ def test_contracts_promise_what_drivers_claim_and_no_more(v):
                 assert f"\\initialized(&in->{port.name}" in body
             for port in op.outputs:
                 low, high = ends(port, d.precision)
-                assert f"out->{port.name}{'[i]' if port.size else ''} = sg_within" in body
+                assert f"out->{port.name}{'[i]' if port.size else ''} = sg_promise" in body
                 assert f"({low}, {high});" in body
         assert contract.count("&& self->begun == SG_BEGUN;") == len(d.operations)
         assert contract.count("interval(SG_OK, SG_NOT_READY)") == sum(
@@ -84,7 +84,7 @@ def test_contracts_promise_what_drivers_claim_and_no_more(v):
         shown = made.files[contract_header(d.prefix)]
         assert shown.count("SG_GIVEN") == 1 + sum(bool(member.bound) for member in d.state)
         for member in d.state:
-            assert (f"self->{member.name}[i] = sg_within" in contract) == bool(member.bound)
+            assert (f"self->{member.name}[i] = sg_promise" in contract) == bool(member.bound)
             assert (f"<= self->{member.name}[i] <=" in driver) == bool(member.bound)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,16 @@ def ppopt_active_sets(
         process: let PPOPT process its constraints first, as its manual recommends; it may drop
             redundant ones, so the numbers are ours only if there are none.
     """
+    solution, numbers, _, _ = ppopt_solution(problem, algorithm, process)
+    found = solution.critical_regions
+    return sorted(tuple(sorted(numbers[i] for i in region.active_set)) for region in found)
+
+
+def ppopt_solution(
+    problem: ParametricQP, algorithm: str, process: bool = False
+) -> tuple[Any, list[int], np.ndarray, np.ndarray]:
+    """PPOPT's solution, the numbers of its constraints, and the units of its variables (n,) and
+    parameters (p,): ours are these times its own."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         from ppopt.mp_solvers.solve_mpqp import mpqp_algorithm, solve_mpqp
@@ -41,9 +52,8 @@ def ppopt_active_sets(
             s * extent / length[:, None],
             post_process=process,
         )
-        kept = numbers.tolist()
-        found = solve_mpqp(program, getattr(mpqp_algorithm, algorithm)).critical_regions
-    return sorted(tuple(sorted(kept[i] for i in region.active_set)) for region in found)
+        solution = solve_mpqp(program, getattr(mpqp_algorithm, algorithm))
+    return solution, numbers.tolist(), sizes, extent
 
 
 def _extent(problem: ParametricQP) -> np.ndarray:

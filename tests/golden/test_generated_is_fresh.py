@@ -101,7 +101,7 @@ def test_the_comparison_sees_a_changed_entry(
     fresh: dict[str, str], factor: float, seen: bool
 ) -> None:
     name = "two_stage_mpc_tables.h"
-    head, mark, table = fresh[name].partition("two_stage_mpc_absolute[")
+    head, mark, table = fresh[name].partition("two_stage_mpc_columns[")
     entries = NUMBER.findall(table)[1:]
     largest = max(entries[:400], key=lambda text: abs(float(text)))
     changed = head + mark + table.replace(largest, repr(float(largest) * factor), 1)

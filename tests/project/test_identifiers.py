@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from servogen.project.identifiers import C_HEADERS, C_KEYWORDS, is_c_identifier, is_free_prefix
+from servogen.identifiers import C_HEADERS, C_KEYWORDS, is_c_identifier, is_free_prefix
 
 
 @pytest.mark.parametrize("name", ["two_stage", "a", "A9_", "n" * 31, "sgx", "whiles"])

@@ -56,6 +56,7 @@ class Variant:
     order: int = 3
     differing: bool = False
     bandwidth: float = 45.0
+    method: str = "pqp"
 
 
 # One of every shape that the templates can take.
@@ -110,7 +111,7 @@ def design(v: Variant) -> CascadeDesign:
     sets = [admissible(v.order, bandwidth, limits, v.inter) for bandwidth, limits in axes]
     limits = (axes[0][1], axes[1][1])
     margin = max(1e-6, MINIMUM_MARGIN[v.precision])
-    settings = SolverSettings(v.cap, 0.1, v.period, v.gap, 1e-6)
+    settings = SolverSettings(v.cap, 0.1, v.period, v.gap, 1e-6, v.method)
     mpcs: list[MpcDesign] = []
     for i, name in enumerate(("mpc_x", "mpc_y") if v.differing else ("mpc",)):
         mpcs.append(

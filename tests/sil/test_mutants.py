@@ -50,8 +50,10 @@ def swap(old: str, new: str):
 MUTANTS: dict[str, tuple[str, Any]] = {
     "plant matrix": ("_mpc_tables.h", nudge("_a_columns", 0)),
     "free plan on the references": ("_mpc_tables.h", nudge("_plan_reference", 0, 1e-9)),
-    "primal correction": ("_mpc_tables.h", nudge("_inverse_columns", 0)),
-    "|D|": ("_mpc_tables.h", nudge("_absolute", 0)),
+    "primal correction": ("_mpc_tables.h", nudge("_inverse", 0)),
+    "bound on |D|": ("_mpc_tables.h", nudge("_mpc_columns", 0)),
+    "its floor": ("_mpc_tables.h", nudge("_at_floor", 0, 0.1)),
+    "plant backwards": ("_mpc.c", swap("= x0 + own[0]", "= own[0]")),
     "slow model": ("_follower_tables.h", nudge("_model_x", 3)),
     "range of the governor": ("_governor_tables.h", nudge("_range_x", 0, -0.4)),
     "far end of the interval": (
@@ -74,8 +76,10 @@ MUTANTS: dict[str, tuple[str, Any]] = {
 RUNTIME: dict[str, tuple[str, Any]] = {
     "order of a sum": (
         "sg_kernels.h",
-        swap("(((y[i] + (c0[i] * x0)) + (c1[i] * x1))", "((y[i] + ((c0[i] * x0) + (c1[i] * x1)))"),
+        swap("+ (c1[i] * x1)) + (c2[i] * x2)) +", "+ (c2[i] * x2)) + (c1[i] * x1)) +"),
     ),
+    "rows that share a column": ("sg_pqp.h", swap("four[per_step + i]", "four[i]")),
+    "columns that are skipped": ("sg_pqp.h", swap("sg_max(x2, x3)) > zero", "x2) > zero")),
     "extrapolation": ("sg_pqp.h", swap("clamp * upper[i])", "zero)")),
 }
 

@@ -26,6 +26,7 @@ SEEN = Claim("moves", True, 3e-4, 1e-3, 1000, "sample")
     ],
 )
 def test_a_sample_is_never_told_as_a_proof(claims: list[Claim], told: str) -> None:
-    proof = cast(Proof, SimpleNamespace(name="tree", absent="", prove=lambda *_: claims))
+    given = SimpleNamespace(name="tree", absent="", prove=lambda *_: claims, finding=None)
+    proof = cast(Proof, given)
     found = proof_finding(proof, BENCH, Silent())
     assert (found.passed, found.summary) == (True, told)

@@ -75,12 +75,15 @@ def _step_outputs(design: CascadeDesign) -> tuple[Port, ...]:
     """Bounded whatever came in: commands by a clamp, counts by the queue of the fast stage."""
     limits, points = design.governor.limits, design.governor.points
     reaches = [limit.position_m * POSITION_FACTOR for limit in limits]
-    caps = [m.pqp.cap for m in design.mpc] if design.mpc else [0, 0]
+    caps = [m.solver.cap for m in design.mpc] if design.mpc else [0, 0]
     counts = (
         ("points_taken", "points to drop from the front of the path", points),
         ("interval_points", "points of the interval that begins", points),
         ("pending", "points taken and not yet processed", points * max(design.horizon, 1)),
-        *((f"iterations_{a}", "PQP iterations", cap) for a, cap in zip(AXES, caps, strict=True)),
+        *(
+            (f"iterations_{a}", "iterations of the MPC's program", cap)
+            for a, cap in zip(AXES, caps, strict=True)
+        ),
         *((f"status_{a}", "status of this axis", int(max(Status))) for a in AXES),
     )
     return (

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -16,10 +17,13 @@ from servogen.controllers.design import (
     StateField,
     Table,
 )
+from servogen.controllers.iteration_parts import IterationParts, active_set_parts, pqp_parts
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import FloatArray, Precision
 from servogen.qp.condense import CondensedQp, TrackingWeights, condense
+from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
 from servogen.qp.pqp import PqpTables, pqp_tables
+from servogen.qp.row_tables import StageRows, stage_rows
 from servogen.qp.tolerances import QpTolerances, tolerances
 from servogen.sets.admissible import AdmissibleSet
 from servogen.sets.constraints import AxisLimits
@@ -35,18 +39,23 @@ FURTHER_STATE_LIMIT = 1e12
 @dataclass(frozen=True)
 class SolverSettings:
     """``cap`` iterations, ``phi`` of (20), ``period`` of the acceleration cycle (0: none),
-    relative ``gap_tolerance`` and ``margin``: see ``qp.tolerances``."""
+    relative ``gap_tolerance`` and ``margin``: see ``qp.tolerances``. ``method``: who iterates; the
+    active set has no use for ``phi``, ``period`` and ``gap_tolerance``."""
 
     cap: int
     phi: float
     period: int
     gap_tolerance: float
     margin: float
+    method: Literal["pqp", "active_set"] = "pqp"
 
 
 @dataclass(frozen=True)
 class MpcDesign:
-    """One axis's tracking MPC: the program, its tables in the target precision, its plant."""
+    """One axis's tracking MPC: the program, its tables in the target precision, its plant.
+
+    ``solver``: the tables of the method that is emitted.
+    """
 
     prefix: str
     precision: Precision
@@ -55,9 +64,14 @@ class MpcDesign:
     horizon: int
     qp: CondensedQp
     tol: QpTolerances
-    pqp: PqpTables
+    solver: PqpTables | ActiveSetTables
     plan_state: FloatArray  # (n-1, N) transposed: z_unc on x'
     plan_reference: FloatArray  # (N+1, N) transposed: z_unc on r - p
+
+    @property
+    def rows(self) -> int:
+        """Two-sided rows."""
+        return int(self.qp.rows_command.shape[0])
 
 
 def design_mpc(
@@ -77,9 +91,7 @@ def design_mpc(
     tol = tolerances(
         precision, solver.margin, solver.gap_tolerance, qp.hessian, limits.fast_range_m
     )
-    pqp = pqp_tables(
-        qp.hessian, qp.rows_command, solver.phi, solver.period, solver.cap, tol, precision.dtype
-    )
+    rows = stage_rows(qp.stage, qp.stage_terminal, horizon, 3, precision.dtype)
     return MpcDesign(
         prefix=prefix,
         precision=precision,
@@ -88,10 +100,24 @@ def design_mpc(
         horizon=horizon,
         qp=qp,
         tol=tol,
-        pqp=pqp,
+        solver=_solver_tables(qp, rows, solver, tol, precision),
         plan_state=cast(-np.linalg.solve(qp.hessian, qp.gradient_state).T, precision),
         plan_reference=cast(-np.linalg.solve(qp.hessian, qp.gradient_reference).T, precision),
     )
+
+
+def _solver_tables(
+    qp: CondensedQp, rows: StageRows, solver: SolverSettings, tol: QpTolerances,
+    precision: Precision,
+) -> PqpTables | ActiveSetTables:  # fmt: skip
+    if solver.method == "active_set":
+        return active_set_tables(
+            qp.hessian, qp.rows_command, rows, tol.accept, solver.cap, precision
+        )
+    return pqp_tables(
+        qp.hessian, qp.rows_command, rows, solver.phi, solver.period, solver.cap, tol,
+        precision.dtype, qp.rows_per_step, rows.variables,
+    )  # fmt: skip
 
 
 def state_ports(name: str, order: int, limits: AxisLimits) -> tuple[Port, ...]:
@@ -124,9 +150,36 @@ def state_bounds(order: int, limits: AxisLimits) -> FloatArray:
     return np.array([port.high for port in state_ports("", order, limits)], dtype=np.float64)
 
 
+def _iteration_parts(design: MpcDesign) -> IterationParts:
+    parts = (
+        active_set_parts(design.solver)
+        if isinstance(design.solver, ActiveSetTables)
+        else pqp_parts(design.solver, design.tol)
+    )
+    workspace = (
+        ("relative", "REFERENCES"),
+        ("start", "ORDER"),
+        ("free_plan", "HORIZON"),
+        ("correction", "HORIZON"),
+        ("scratch_plan", "HORIZON"),
+        ("below", "ROWS"),
+        ("above", "ROWS"),
+        ("rows", "ROWS"),
+    )
+    scratch = (
+        StateField(name, "workspace, no meaning between calls", size) for name, size in workspace
+    )
+    return replace(
+        parts,
+        tables=(*parts.tables, Table("start_scale", 1.0 / design.qp.state_scale, "states to rows")),
+        state=(*parts.state, *scratch),
+    )
+
+
 def declare_mpc(design: MpcDesign) -> Declaration:
     """Names, sizes, tables and ports of one axis's MPC."""
-    n, horizon, m = design.plant.order, design.horizon, design.pqp.diagonal.size
+    n, horizon, m = design.plant.order, design.horizon, design.rows
+    iteration = _iteration_parts(design)
     lim, tol = design.limits, design.tol
     reach = lim.position_m * POSITION_FACTOR
     state = state_ports("", n, lim)
@@ -158,12 +211,12 @@ def declare_mpc(design: MpcDesign) -> Declaration:
         "iterates evaluated; 0: none needed",
         integer=True,
         low=0,
-        high=design.pqp.cap,
+        high=design.solver.cap,
     )
     return Declaration(
         kind="mpc",
         prefix=design.prefix,
-        summary="Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1",
+        summary=f"Tracking MPC (16) of one axis: condensed QP (19), {iteration.told}, Corollary 1",
         precision=design.precision,
         sample_time_s=design.plant.sample_time_s,
         dimensions=(
@@ -173,21 +226,15 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             Dimension("ROWS", m, "two-sided rows of (19b)"),
             Dimension("ROWS_PER_STEP", design.qp.rows_per_step, "position, velocity, ..."),
             Dimension("TERMINAL_ROWS", design.qp.terminal_rows, "of (16g), not implied"),
-            Dimension("ITERATION_CAP", design.pqp.cap, "iterations of (20) at the most"),
-            Dimension("PERIOD", design.pqp.period, "turns of an acceleration cycle"),
+            Dimension("ITERATION_CAP", design.solver.cap, "iterations at the most"),
+            *iteration.dimensions,
         ),
         constants=(
             Constant("position_scale", 1.0 / lim.fast_range_m, "1/m: positions to rows"),
             Constant("command_limit", reach, "m: no command beyond it"),
             Constant("margin", tol.margin, "the bounds are drawn in by this share"),
             Constant("tolerance", tol.accept, "violation of the drawn-in bounds accepted"),
-            Constant("gap_limit", tol.gap, "duality gap accepted"),
-            Constant("clamp", tol.clamp, "share of a dual an extrapolation must keep"),
-            Constant("room", 1.0 - tol.clamp, "share it may take"),
-            Constant("least_step", float(design.pqp.least_step), "less than any two duals differ"),
-            Constant("least_curvature", float(design.pqp.least_curvature), "of a line search"),
-            Constant("longest", float(design.pqp.longest), "line search"),
-            Constant("weight", tol.weight, "share of the largest dual that counts"),
+            *iteration.constants,
         ),
         tables=(
             Table("a_columns", design.plant.a.T, "A of (11), transposed"),
@@ -195,16 +242,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
             Table("bound", state_bounds(n, lim), "largest state expected"),
             Table("plan_state", design.plan_state, "z_unc on (v, a, ...), transposed"),
             Table("plan_reference", design.plan_reference, "z_unc on r - p, transposed"),
-            Table("rows_state", design.qp.rows_state.T, "rows on (v, a, ...), transposed"),
-            Table("rows_columns", design.pqp.rows_columns, "rows on the commands, transposed"),
-            Table("inverse_columns", design.pqp.inverse_columns, "H^-1 A', transposed"),
-            Table("absolute", design.pqp.absolute, "|D|, D = A H^-1 A'"),
-            Table("diagonal", design.pqp.diagonal, "D_ii"),
-            Table("inverse_diagonal", design.pqp.inverse_diagonal, "1 / D_ii"),
-            Table("phi_diagonal", design.pqp.phi_diagonal, "phi D_ii of (20)"),
-            Table("floor", design.pqp.floor, "smallest dual of a warm start"),
-            Table("vanish", design.pqp.vanish, "smallest dual"),
-            Table("ceiling", design.pqp.ceiling, "largest dual"),
+            *iteration.tables,
             Table("terminal_reference", design.qp.terminal_reference, "(16g) on r_N - p"),
             Table("terminal_position", design.qp.terminal_position, "(16g) on p"),
             Table("terminal_bound", design.qp.terminal_bound, "(16g), right-hand side"),
@@ -212,28 +250,7 @@ def declare_mpc(design: MpcDesign) -> Declaration:
         state=(
             StateField("plan", "commands u_0..u_{N-1}, m", "HORIZON"),
             StateField("predicted", "state expected at the next step", "ORDER", bound="bound"),
-            StateField("upper", "duals of the upper sides", "ROWS"),
-            StateField("lower", "duals of the lower sides", "ROWS"),
-            *(
-                StateField(name, "workspace, no meaning between calls", size)
-                for name, size in (
-                    ("relative", "REFERENCES"),
-                    ("free_plan", "HORIZON"),
-                    ("correction", "HORIZON"),
-                    ("scratch_plan", "HORIZON"),
-                    ("below", "ROWS"),
-                    ("above", "ROWS"),
-                    ("rows", "ROWS"),
-                    ("slack_upper", "ROWS"),
-                    ("slack_lower", "ROWS"),
-                    ("change", "ROWS"),
-                    ("absolute_sum", "ROWS"),
-                    ("scratch", "ROWS"),
-                    ("last_upper", "ROWS"),
-                    ("last_lower", "ROWS"),
-                    ("last_change", "ROWS"),
-                )
-            ),
+            *iteration.state,
             StateField("ready", "1 after a successful reset", type="int32_t"),
         ),
         operations=(
@@ -267,9 +284,5 @@ def declare_mpc(design: MpcDesign) -> Declaration:
                 outputs=(command, *(Port(p.name, p.unit, p.doc) for p in state)),
             ),
         ),
-        facts={
-            "period": design.pqp.coordinates,
-            "extrapolates": design.pqp.extrapolates,
-            "terminal": design.qp.terminal_rows > 0,
-        },
+        facts={"terminal": design.qp.terminal_rows > 0, **iteration.facts},
     )

@@ -1,4 +1,4 @@
-"""Tracking MPC (16) of one axis, solved by PQP (20)-(21) with Corollary 1 as its backup."""
+"""Tracking MPC (16) of one axis; Corollary 1 is what its solver falls back on."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from servogen.controllers.arithmetic import cast, check_port
 from servogen.controllers.design import Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign, declare_mpc, state_bounds
+from servogen.controllers.mpc_solver import mpc_solver
 from servogen.precision import FloatArray
 from servogen.qp.ordered import matvec
-from servogen.qp.pqp import shift_duals, solve
 
 
 class TrackingMpc:
@@ -24,7 +24,6 @@ class TrackingMpc:
         p = design.precision
         self._a_columns = cast(design.plant.a.T, p)
         self._b = cast(design.plant.b, p)
-        self._rows_state = cast(design.qp.rows_state.T, p)
         self._terminal_reference = cast(design.qp.terminal_reference, p)
         self._terminal_position = cast(design.qp.terminal_position, p)
         self._terminal_bound = cast(design.qp.terminal_bound, p)
@@ -33,8 +32,8 @@ class TrackingMpc:
         self.ready = False
         self.plan = np.zeros(design.horizon, dtype=p.dtype)
         self.predicted = np.zeros(design.plant.order, dtype=p.dtype)
-        self.upper = np.array(design.pqp.floor)
-        self.lower = np.array(design.pqp.floor)
+        self._start_scale = cast(1.0 / design.qp.state_scale, p)
+        self.solver = mpc_solver(design)
 
     def call(
         self, operation: str, inputs: Mapping[str, Value] | None = None
@@ -93,8 +92,7 @@ class TrackingMpc:
         self.plan = np.full(self.design.horizon, where, dtype=self._real)
         self.predicted = np.zeros_like(self.predicted)
         self.predicted[0] = where
-        self.upper = np.array(self.design.pqp.floor)
-        self.lower = np.array(self.design.pqp.floor)
+        self.solver.forget()
         return status
 
     def advance(self, state: FloatArray, command: np.floating) -> FloatArray:
@@ -132,40 +130,24 @@ class TrackingMpc:
         origin, rest = state[0], state[1:]
         relative = reference - origin
         free = matvec(d.plan_state, rest) + matvec(d.plan_reference, relative)
-        rows = matvec(d.pqp.rows_columns, free) + matvec(self._rows_state, rest)
         below, above = self._bounds(origin, relative, low, high)
-        slack_upper, slack_lower = above - rows, rows - below
-        shifted = np.append(self.plan[1:], reference[-1])
-        if np.all(slack_upper >= 0) and np.all(slack_lower >= 0):
-            self.upper = np.array(d.pqp.floor)
-            self.lower = np.array(d.pqp.floor)
-            self._accept(state, free + origin)
-            return Status.OK, self.plan[0], 0
-        per_step, terminal = d.qp.rows_per_step, d.qp.terminal_rows
-        result = solve(
-            d.pqp,
-            d.tol,
-            slack_upper,
-            slack_lower,
-            shift_duals(self.upper, per_step, terminal, d.pqp.floor),
-            shift_duals(self.lower, per_step, terminal, d.pqp.floor),
-        )
-        self.upper, self.lower = result.upper, result.lower
-        if result.feasible:
-            status = Status.OK if result.converged else Status.SUBOPTIMAL
-            plan = (free - result.correction) + origin
+        start = self._start(state)
+        answer = self.solver.solve(free, start, below, above)
+        status = answer.status
+        if answer.z is not None:
+            plan = answer.z + origin
         else:
-            plan = shifted
-            status = self._judge(shifted, origin, rest, below, above)
+            plan = np.append(self.plan[1:], reference[-1])
+            status = self._judge(plan - origin, start, below, above)
         self._accept(state, plan)
-        return status, self.plan[0], result.iterations
+        return status, self.plan[0], answer.iterations
 
     def _bounds(
         self, origin: np.floating, relative: FloatArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bounds of the rows (m,), drawn in by the margin."""
         real, d = self._real, self.design
-        m = d.pqp.diagonal.size
+        m = d.rows
         per_step, first = d.qp.rows_per_step, m - d.qp.terminal_rows
         scale, margin = real(1.0 / d.limits.fast_range_m), real(d.tol.margin)
         above = np.ones(m, dtype=real) - margin
@@ -177,17 +159,17 @@ class TrackingMpc:
         below[first:] = (-self._terminal_bound - centre) + margin
         return below, above
 
+    def _start(self, state: FloatArray) -> FloatArray:
+        """(n,) what the rows start from: the state in their units, from its own position on."""
+        start = state * self._start_scale
+        start[0] = self._real(0.0)
+        return start
+
     def _judge(
-        self,
-        shifted: FloatArray,
-        origin: np.floating,
-        rest: FloatArray,
-        below: FloatArray,
-        above: FloatArray,
+        self, relative: FloatArray, start: FloatArray, below: FloatArray, above: FloatArray
     ) -> Status:
-        """BACKUP where the shifted plan keeps the true bounds from the measured state."""
-        d = self.design
-        rows = matvec(d.pqp.rows_columns, shifted - origin) + matvec(self._rows_state, rest)
-        margin = self._real(d.tol.margin)
+        """BACKUP where the plan, relative to the position, keeps the true bounds."""
+        rows = self.design.solver.rows.product(relative, start)
+        margin = self._real(self.design.tol.margin)
         inside = np.all(rows <= above + margin) and np.all(rows >= below - margin)
         return Status.BACKUP if inside else Status.INFEASIBLE

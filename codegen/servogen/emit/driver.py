@@ -128,7 +128,7 @@ def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:
 
     def promised(port: Port) -> str:
         """An output of a contract."""
-        call = "sg_within_count" if port.integer else "sg_within"
+        call = "sg_promise_count" if port.integer else "sg_promise"
         low, high = ends(port)
         return _each(port, lambda e: f"out->{e} = {call}({low}, {high});")
 
@@ -140,7 +140,7 @@ def _filters(real: Callable[[float], str]) -> dict[str, Callable[[Port], str]]:
     def bounded(port: Port) -> str:
         """An input that the caller has bounded, as the driver gives it."""
         low, high = ends(port)
-        return _each(port, lambda e: f"in.{e} = sg_within({low}, {high});")
+        return _each(port, lambda e: f"in.{e} = sg_promise({low}, {high});")
 
     def owed(port: Port) -> str:
         """The same in a contract: the caller's proof has to show it."""

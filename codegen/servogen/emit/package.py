@@ -24,6 +24,7 @@ RUNTIME_FILES = (
     DIVISION,
     "sg_kernels.h",
     "sg_pqp.h",
+    "sg_quotient.h",
     "sg_status.h",
 )
 

@@ -14,6 +14,8 @@ SCHEMA = "servogen.certificate/1"
 FILE = "certificate.json"
 C_FOLDER = "c"  # of the C, beside it
 PASSED, FAILED, NOT_RUN, NOT_APPLICABLE = "passed", "failed", "not run", "does not apply"
+# What was asked for was not proved, only measured: it has not failed and counts for no proof.
+MEASURED = "measured"
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Entry:
     """One check on the certificate.
 
     Attributes:
-        state: ``PASSED``, ``FAILED``, ``NOT_RUN`` or ``NOT_APPLICABLE``.
+        state: ``PASSED``, ``FAILED``, ``NOT_RUN``, ``NOT_APPLICABLE`` or ``MEASURED``.
         summary: what was found, or why there is nothing.
         input_modified: ``Origin.modified`` when it ran; empty if it did not.
     """
@@ -106,7 +108,7 @@ class Certificate:
     def lines(self) -> list[str]:
         counted = ", ".join(
             f"{len(self.having(state))} {state}"
-            for state in (PASSED, FAILED, NOT_RUN, NOT_APPLICABLE)
+            for state in (PASSED, MEASURED, FAILED, NOT_RUN, NOT_APPLICABLE)
             if self.having(state)
         )
         lines = [f"evidence  {self.result}: {counted}"]
@@ -196,4 +198,6 @@ def _state(found: Mapping[str, Any]) -> str:
     """What does not clearly say that it passed has failed."""
     if found.get("passed") is not True or found.get("faults"):
         return FAILED
+    if found.get("measured", False) is not False:
+        return MEASURED
     return PASSED if found.get("applies", True) is True else NOT_APPLICABLE

@@ -35,6 +35,7 @@ class Finding:
         faults: one sentence for each thing that is wrong; not empty if ``passed`` is False.
         details: further lines for people.
         applies: False where the design has nothing that the check could be about.
+        measured: what was asked for was not proved, only measured; the certificate counts it apart.
         not_run: parts of the check that were left out here, each ``its name: why``; the names stand
             in the one line, wherever it is shown.
     """
@@ -48,6 +49,7 @@ class Finding:
     faults: tuple[str, ...] = ()
     details: tuple[str, ...] = ()
     applies: bool = True
+    measured: bool = False
     not_run: tuple[str, ...] = ()
 
     @property
@@ -66,6 +68,7 @@ class Finding:
             "check": self.check,
             "passed": self.passed,
             "applies": self.applies,
+            **({"measured": True} if self.measured else {}),
             "summary": self.line,
             "tools": dict(self.tools),
             "subjects": dict(self.subjects),

@@ -15,7 +15,7 @@ from servogen.evidence.tools import run_tool
 # Whatever could tell the analyser's C from the compiler's.
 _ANALYSER = re.compile(r"__FRAMAC__|__FC_|SG_EVA|SG_GIVEN|SG_BEGUN")
 # The one switch that the C has: it is analysed without. Files that may know it.
-_SWITCH, _SWITCHED = "SG_OWN_DIVISION", ("sg_pqp.h", "sg_division.h")
+_SWITCH, _SWITCHED = "SG_OWN_DIVISION", ("sg_quotient.h", "sg_division.h")
 # Ways round the types, in what is left of a file without its comments.
 _ROUND = re.compile(
     r"\(\s*(?:const\s+)?(?:struct\s+)?\w+\s*\*[\s*]*(?:const\s*)?\)|\bvoid\s*\*|\bunion\b"

@@ -124,7 +124,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "order of a sum", "wrong order", "sg_kernels.h",
-        "(((y[i] + (c0[i] * x0)) + (c1[i] * x1))", "(((y[i] + (c1[i] * x1)) + (c0[i] * x0))",
+        "+ (c1[i] * x1)) + (c2[i] * x2)) +", "+ (c2[i] * x2)) + (c1[i] * x1)) +",
         "equal on paper, other last digits",
     ),
     Fault(

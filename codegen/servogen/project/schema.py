@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from servogen.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.fields import FileName, Section, Version, told
-from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.machine import MachineFile
 
 KNOWN_SYSTEMS = ("two_stage",)
@@ -86,9 +86,12 @@ class Mpc(Section):
 
 
 class Solver(Section):
-    """The parallel quadratic programming iteration (20)-(21)."""
+    """The iteration that solves the MPC's program."""
 
-    method: Annotated[Literal["pqp"], Field(description="how the dual is solved")] = "pqp"
+    method: Annotated[
+        Literal["pqp", "active_set"],
+        Field(description="the paper's iteration (20)-(21), or the dual active-set method"),
+    ] = "pqp"
     iteration_cap: Annotated[
         Literal["target"] | Annotated[int, Field(ge=1, le=MAX_ITERATIONS)],
         told(
@@ -97,13 +100,13 @@ class Solver(Section):
         ),
     ] = "target"
     phi: Annotated[
-        float, Field(gt=0, le=10, description="phi_i in (20) is this times Q_ii of the dual")
+        float, Field(gt=0, le=10, description="pqp: phi_i in (20) is this times Q_ii of the dual")
     ] = 0.1
     acceleration_period: Annotated[
-        int, Field(ge=0, le=1000, description="iterations between acceleration steps, 0 for none")
+        int, Field(ge=0, le=1000, description="pqp: iterations between acceleration steps, 0: none")
     ] = 6
     gap_tolerance: Annotated[
-        float, Field(ge=1e-9, le=0.1, description="duality gap at which the iteration ends")
+        float, Field(ge=1e-9, le=0.1, description="pqp: duality gap at which the iteration ends")
     ] = 1e-4
     constraint_margin: Annotated[
         float,

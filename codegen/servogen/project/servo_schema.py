@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
+from servogen.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.fields import Integers, Matrix, Section, Vector, Version, told
-from servogen.project.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.project.limits import (
     LARGEST_LIMIT,
     LEAST,

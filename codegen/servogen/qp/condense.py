@@ -60,6 +60,10 @@ class CondensedQp:
         terminal_reference, terminal_position, terminal_bound: (terminal_rows,); the terminal row
             reads |row + terminal_reference (r_N - p) + terminal_position p| <= terminal_bound.
         terminal_cost: (n, n) P of F(x, r) = (x - x_e)'P(x - x_e).
+        state_scale: (n,) what x is divided by, below.
+        stage: (n + 2 inter-sample instants, n + 1) on (x, u) of one step: the next x, whose first
+            three entries are rows, then the inter-sample rows, velocity and acceleration each.
+        stage_terminal: (terminal_rows, n) on the last x.
     """
 
     hessian: FloatArray
@@ -73,6 +77,9 @@ class CondensedQp:
     terminal_position: FloatArray
     terminal_bound: FloatArray
     terminal_cost: FloatArray
+    state_scale: FloatArray
+    stage: FloatArray
+    stage_terminal: FloatArray
 
 
 def stage_cost(n: int, weights: TrackingWeights, limits: AxisLimits) -> tuple[FloatArray, float]:
@@ -149,6 +156,7 @@ def condense(
         slow, sample_time_s, horizon, limits, inter_sample_rows, on_command, on_state
     )
     h_x, h_r, bound = terminal_pairs(admissible, limits)
+    scale = _state_scale(plant.order, limits)
     return CondensedQp(
         hessian=hessian,
         gradient_state=gradient_state,
@@ -161,7 +169,30 @@ def condense(
         terminal_position=h_x[:, 0] + h_r,
         terminal_bound=bound,
         terminal_cost=p,
+        state_scale=scale,
+        stage=_stage(slow, plant, sample_time_s, scale, inter_sample_rows),
+        stage_terminal=h_x * scale,
     )
+
+
+def _state_scale(order: int, limits: AxisLimits) -> FloatArray:
+    """(n,): a state in these units is a row of its step. Those beyond the acceleration have no
+    limit; each is measured by the acceleration's."""
+    scale = np.full(order, limits.acceleration_m_per_s2)
+    scale[:2] = limits.fast_range_m, limits.velocity_m_per_s
+    return scale
+
+
+def _stage(
+    slow: StateSpace, plant: Discrete, sample_time_s: float, scale: FloatArray, inter: int
+) -> FloatArray:
+    """One step of the plant in scaled states, and the rows inside it."""
+    parts = [np.column_stack([plant.a, plant.b]) / scale[:, None]]
+    for j in range(1, inter + 1):
+        part = discretise(slow, sample_time_s * j / (inter + 1))
+        parts.append(np.column_stack([part.a, part.b])[1:3] / scale[1:3, None])
+    result: FloatArray = np.vstack(parts) * np.append(scale, 1.0)
+    return result
 
 
 def _cost(

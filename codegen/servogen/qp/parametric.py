@@ -203,9 +203,10 @@ def _check_numbers(qp: ParametricQP) -> None:
     # units aside: a variable in mA beside one in A is no sign of a flat cost
     scaled = qp.hessian / np.sqrt(np.outer(diagonal, diagonal))
     eigenvalues = np.linalg.eigvalsh(0.5 * (scaled + scaled.T))
-    if eigenvalues[0] <= CONVEXITY * eigenvalues[-1]:
+    least = CONVEXITY["float64"]
+    if eigenvalues[0] <= least * eigenvalues[-1]:
         expected = (
-            f"a positive definite matrix (smallest eigenvalue above {CONVEXITY:g} of the largest, "
+            f"a positive definite matrix (smallest eigenvalue above {least:g} of the largest, "
             "with a unit diagonal): a weight on every variable, here R > 0"
         )
         raise ProgramError("hessian", f"singular (eigenvalue {eigenvalues[0]:.3g})", expected)

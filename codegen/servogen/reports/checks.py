@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from servogen.evidence.certificate import FAILED, NOT_RUN, PASSED
+from servogen.evidence.certificate import FAILED, MEASURED, NOT_RUN, PASSED
 from servogen.reports.data import Found
 from servogen.reports.numbers import count, number, percent
 
@@ -94,7 +94,10 @@ def _evidence(data: Found) -> Check:
         return Check(name, False, f"failed: {', '.join(entry.name for entry in failed)}")
     if missing:
         return Check(name, None, "not run", f"servogen {missing[0].command}")
-    return Check(name, found.result == PASSED, f"{len(found.having(PASSED))} checks")
+    told = f"{len(found.having(PASSED))} checks"
+    if measured := [entry.name for entry in found.having(MEASURED)]:
+        told += f"; measured, not proved: {', '.join(measured)}"
+    return Check(name, found.result == PASSED, told)
 
 
 @dataclass(frozen=True)

@@ -143,8 +143,8 @@ def design_tables(data: ReportData) -> list[Table]:
             f"{number(own.lp_count)} linear programs, tightening {number(own.tightening)}"
         )
     for mpc in {m.prefix: m for m in design.mpc or ()}.values():
-        sizes[f"{mpc.prefix}: two-sided rows"] = mpc.pqp.diagonal.size
-        sizes[f"{mpc.prefix}: iteration cap"] = mpc.pqp.cap
+        sizes[f"{mpc.prefix}: two-sided rows"] = mpc.rows
+        sizes[f"{mpc.prefix}: iteration cap"] = mpc.solver.cap
     parts = declare_parts(design)
     tables = Table(
         "Controllers",

@@ -142,8 +142,8 @@ def _feed(data: ReportData) -> Figure:
     titles = ["feed ratio η/M [1]"]
     shape_more: dict[str, Any] = {}
     if data.design.mpc:
-        cap = data.design.mpc[0].pqp.cap
-        titles.append("PQP iterations [1]")
+        cap = data.design.mpc[0].solver.cap
+        titles.append("iterations [1]")
         for i, axis in enumerate(AXES):
             shown = np.maximum(run.iterations[:, i], _ZERO)
             told = [str(count) for count in run.iterations[:, i].tolist()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from servogen.reports.count_tables import wcet_parts
 from servogen.reports.data import ReportData
 from servogen.reports.evidence_tables import evidence_parts
+from servogen.reports.iteration_tables import iteration_parts
 from servogen.reports.page import Page, render
 from servogen.reports.path_figure import path_figure
 from servogen.reports.run_tables import (
@@ -52,7 +53,7 @@ def _sections(data: ReportData) -> list[Section]:
         ),
         Section("study", "Study", study),
         Section("sil", "Equivalence", tuple(sil_parts(data))),
-        Section("wcet", "Counts and cycles", tuple(wcet_parts(data))),
+        Section("wcet", "Counts and cycles", (*wcet_parts(data), *iteration_parts(data))),
         Section("evidence", "Evidence", tuple(evidence_parts(data))),
         Section("build", "Build", (*design_tables(data), *build_parts(data))),
     ]

@@ -19,6 +19,7 @@ from servogen.controllers.fast_stage import FastStage
 from servogen.controllers.governor_design import AXES, GovernorDesign
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign
 from servogen.precision import FloatArray
+from servogen.qp.dual_active_set import ActiveSetTables
 from servogen.sets.constraints import AxisLimits
 from servogen.sil.edges import random_inputs
 from servogen.sil.harness import Call
@@ -156,6 +157,7 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
     limits, horizon = design.limits, design.horizon
     names = _names(design.plant.order)
     here = 0.0
+    before: Call | None = None
     apart = rng.spawn(1)[0]
     for index in range(count):
         if index % 10 == 0:
@@ -176,7 +178,13 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
         low, high = mpc_window(path, limits)
         if rng.random() < 0.6:
             _cut(design, rng, state, path, low, high)
-        yield Call("step", {**inputs, "reference": path, "low": low, "high": high})
+        step = Call("step", {**inputs, "reference": path, "low": low, "high": high})
+        yield step
+        if isinstance(design.solver, ActiveSetTables):
+            # begun with the right set, and with another program's
+            yield step
+            yield before or step
+            before = step
         if rng.random() < 0.1:
             yield Call("hold", {"reference": float(path[-1])})
 

@@ -11,7 +11,9 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from servogen.controllers.design import Declaration, Reference
 from servogen.emit.package import CPackage
+from servogen.evidence.bench import Bench
 from servogen.evidence.certificate import Certificate
+from servogen.evidence.finding import Finding
 from servogen.precision import Precision
 from servogen.progress import Progress
 from servogen.project.systems import AnyProject
@@ -84,12 +86,14 @@ class Proof:
         name, title: on the certificate.
         prove: the claims, given the packages of every precision; none where ``absent`` says why
             there is nothing to claim.
+        finding: in place of claims, what is found in a form of its own, about what is shipped.
     """
 
     name: str
     title: str
     prove: Callable[[Sequence[CPackage], Progress], Sequence[Claim]]
     absent: str = ""
+    finding: Callable[[Bench, Progress], Finding] | None = None
 
 
 Simulated = TypeVar("Simulated", bound=Simulation)

@@ -22,6 +22,7 @@ from servogen.sil.scenarios import Scenario, suite
 from servogen.steps.counted import budgets, count_emitted, periodic
 from servogen.steps.system import ClosedLoop, Findings, LoopEnd, Proof
 from servogen.steps.target import project_target
+from servogen.steps.two_stage_iterations import iterations_finding
 from servogen.steps.two_stage_run import SimulateResult, simulate
 from servogen.steps.two_stage_study import StudyResult, compare
 from servogen.systems.claims import Claim
@@ -31,7 +32,11 @@ from servogen.systems.judgement import check_project
 from servogen.systems.metrics import bounds, contour_error
 from servogen.systems.two_stage import Machine, Tuning, design_cascade, project_tuning, with_cap
 
-PROOFS = {"sets": "Admissible sets proved", "terminal": "Terminal condition"}
+PROOFS = {
+    "sets": "Admissible sets proved",
+    "terminal": "Terminal condition",
+    "iterations": "Worst case of the iterations",
+}
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,15 @@ class TwoStage:
         return (
             Proof("sets", PROOFS["sets"], lambda _, __: self._sets()),
             Proof("terminal", PROOFS["terminal"], lambda _, __: self._terminal(), alone),
+            Proof(
+                "iterations",
+                PROOFS["iterations"],
+                lambda _, __: (),
+                alone,
+                lambda bench, progress: iterations_finding(
+                    self.machine, self.design.mpc or (), bench, progress
+                ),
+            ),
         )
 
     def in_precision(self, precision: Precision) -> CascadeDesign:

@@ -102,6 +102,7 @@ def project_tuning(project: Project) -> Tuning:
             period=solver.acceleration_period,
             gap_tolerance=solver.gap_tolerance,
             margin=solver.constraint_margin,
+            method=solver.method,
         ),
         mpc_inter_sample_rows=mpc.inter_sample_rows,
         both_ends=project.controller.governor.range_check == "both_ends",

@@ -34,12 +34,12 @@ extern int Frama_C_interval(int low, int high);
 extern float Frama_C_float_interval(float low, float high);
 
 /* What a part gives out. */
-static inline sg_real sg_within(sg_real low, sg_real high)
+static inline sg_real sg_promise(sg_real low, sg_real high)
 {
     return Frama_C_float_interval(low, high);
 }
 
-static inline int32_t sg_within_count(int32_t low, int32_t high)
+static inline int32_t sg_promise_count(int32_t low, int32_t high)
 {
     return Frama_C_interval(low, high);
 }

@@ -31,9 +31,9 @@ sg_status headstock_mpc_lookup_find(headstock_mpc_lookup_t *self, const headstoc
     }
     headstock_mpc_lookup_anything(self);
     for (int i = 0; i < 1; i++) {
-        out->move[i] = sg_within(-1000.0f, 1000.0f);
+        out->move[i] = sg_promise(-1000.0f, 1000.0f);
     }
-    out->law = sg_within_count(-1, 8);
+    out->law = sg_promise_count(-1, 8);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }
 
@@ -46,8 +46,8 @@ sg_status headstock_mpc_lookup_solve(headstock_mpc_lookup_t *self, const headsto
     }
     headstock_mpc_lookup_anything(self);
     for (int i = 0; i < 1; i++) {
-        out->move[i] = sg_within(-1000.0f, 1000.0f);
+        out->move[i] = sg_promise(-1000.0f, 1000.0f);
     }
-    out->law = sg_within_count(-1, 8);
+    out->law = sg_promise_count(-1, 8);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }

@@ -43,7 +43,7 @@ static void try_solve(headstock_mpc_lookup_t *self)
     headstock_mpc_lookup_solve_in in;
     headstock_mpc_lookup_solve_out out;
     for (int i = 0; i < 8; i++) {
-        in.theta[i] = sg_within(-1.0e+20f, 1.0e+20f);
+        in.theta[i] = sg_promise(-1.0e+20f, 1.0e+20f);
     }
     const sg_status status = headstock_mpc_lookup_solve(self, &in, &out);
     /*@ assert SG_OK <= status <= SG_NOT_READY; */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * What Frama-C Eva is given of two_stage: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract two_stage_contract.c promises to the callers.
@@ -57,8 +57,8 @@ static void try_step(two_stage_t *self)
     /*@ assert 0 <= out.points_taken <= 150; */ ;
     /*@ assert 0 <= out.interval_points <= 150; */ ;
     /*@ assert 0 <= out.pending <= 3000; */ ;
-    /*@ assert 0 <= out.iterations_x <= 114; */ ;
-    /*@ assert 0 <= out.iterations_y <= 114; */ ;
+    /*@ assert 0 <= out.iterations_x <= 186; */ ;
+    /*@ assert 0 <= out.iterations_y <= 186; */ ;
     /*@ assert 0 <= out.status_x <= 9; */ ;
     /*@ assert 0 <= out.status_y <= 9; */ ;
     held(self);
@@ -113,8 +113,8 @@ static void try_plan(two_stage_t *self)
     /*@ assert 0 <= out.points_taken <= 150; */ ;
     /*@ assert 0 <= out.interval_points <= 150; */ ;
     /*@ assert 0 <= out.pending <= 3000; */ ;
-    /*@ assert 0 <= out.iterations_x <= 114; */ ;
-    /*@ assert 0 <= out.iterations_y <= 114; */ ;
+    /*@ assert 0 <= out.iterations_x <= 186; */ ;
+    /*@ assert 0 <= out.iterations_y <= 186; */ ;
     /*@ assert 0 <= out.status_x <= 9; */ ;
     /*@ assert 0 <= out.status_y <= 9; */ ;
     held(self);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * What callers of two_stage_follower may rely on, for Frama-C Eva in place of two_stage_follower.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -60,7 +60,7 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
     /*@ assert \initialized(&in->y_acceleration) && (SG_EVA_INPUTS == 2 || \is_finite(in->y_acceleration)); */ ;
     /*@ assert \initialized(&in->slow_command_y) && (SG_EVA_INPUTS == 2 || \is_finite(in->slow_command_y)); */ ;
     two_stage_follower_anything(self);
-    out->interval_points = sg_within_count(0, 150);
+    out->interval_points = sg_promise_count(0, 150);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }
 
@@ -68,16 +68,16 @@ void two_stage_follower_room(const two_stage_follower_t *self, two_stage_followe
 {
     /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     (void)self;
-    out->points = sg_within_count(0, 150);
+    out->points = sg_promise_count(0, 150);
 }
 
 void two_stage_follower_step(two_stage_follower_t *self, two_stage_follower_step_out *out)
 {
     /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
     two_stage_follower_anything(self);
-    out->command_x = sg_within(-0.042, 0.042);
-    out->command_y = sg_within(-0.042, 0.042);
-    out->reference_x = sg_within(-0.4, 0.4);
-    out->reference_y = sg_within(-0.4, 0.4);
-    out->along = sg_within(0.0, 150.0);
+    out->command_x = sg_promise(-0.042, 0.042);
+    out->command_y = sg_promise(-0.042, 0.042);
+    out->reference_x = sg_promise(-0.4, 0.4);
+    out->reference_y = sg_promise(-0.4, 0.4);
+    out->along = sg_promise(0.0, 150.0);
 }

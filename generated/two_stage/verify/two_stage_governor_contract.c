@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * What callers of two_stage_governor may rely on, for Frama-C Eva in place of two_stage_governor.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -42,12 +42,12 @@ sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_go
     }
     /*@ assert \initialized(&in->n_points); */ ;
     two_stage_governor_anything(self);
-    out->points_taken = sg_within_count(0, 150);
-    out->reference_x = sg_within(-0.4, 0.4);
-    out->low_x = sg_within(-0.4, 0.4);
-    out->high_x = sg_within(-0.4, 0.4);
-    out->reference_y = sg_within(-0.4, 0.4);
-    out->low_y = sg_within(-0.4, 0.4);
-    out->high_y = sg_within(-0.4, 0.4);
+    out->points_taken = sg_promise_count(0, 150);
+    out->reference_x = sg_promise(-0.4, 0.4);
+    out->low_x = sg_promise(-0.4, 0.4);
+    out->high_x = sg_promise(-0.4, 0.4);
+    out->reference_y = sg_promise(-0.4, 0.4);
+    out->low_y = sg_promise(-0.4, 0.4);
+    out->high_y = sg_promise(-0.4, 0.4);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * What callers of two_stage_mpc may rely on, for Frama-C Eva in place of two_stage_mpc.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -16,7 +16,7 @@ static void two_stage_mpc_anything(two_stage_mpc_t *self)
 {
     (void)self;
     for (int i = 0; i < 3; i++) {
-        self->predicted[i] = sg_within(-two_stage_mpc_bound[i], two_stage_mpc_bound[i]);
+        self->predicted[i] = sg_promise(-two_stage_mpc_bound[i], two_stage_mpc_bound[i]);
     }
 }
 
@@ -52,9 +52,9 @@ sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_m
     /*@ assert \initialized(&in->velocity) && (SG_EVA_INPUTS == 2 || \is_finite(in->velocity)); */ ;
     /*@ assert \initialized(&in->acceleration) && (SG_EVA_INPUTS == 2 || \is_finite(in->acceleration)); */ ;
     (void)self;
-    out->position = sg_within(-SG_REAL_MAX, SG_REAL_MAX);
-    out->velocity = sg_within(-SG_REAL_MAX, SG_REAL_MAX);
-    out->acceleration = sg_within(-SG_REAL_MAX, SG_REAL_MAX);
+    out->position = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
+    out->velocity = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
+    out->acceleration = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }
 
@@ -75,8 +75,8 @@ sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in 
         /*@ assert \initialized(&in->high[i]) && (SG_EVA_INPUTS == 2 || \is_finite(in->high[i])); */ ;
     }
     two_stage_mpc_anything(self);
-    out->command = sg_within(-0.6000000000000001, 0.6000000000000001);
-    out->iterations = sg_within_count(0, 114);
+    out->command = sg_promise(-0.6000000000000001, 0.6000000000000001);
+    out->iterations = sg_promise_count(0, 186);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }
 
@@ -86,9 +86,9 @@ sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in 
     (void)in;
     /*@ assert \initialized(&in->reference) && (SG_EVA_INPUTS == 2 || \is_finite(in->reference)); */ ;
     two_stage_mpc_anything(self);
-    out->command = sg_within(-0.6000000000000001, 0.6000000000000001);
-    out->position = sg_within(-SG_REAL_MAX, SG_REAL_MAX);
-    out->velocity = sg_within(-SG_REAL_MAX, SG_REAL_MAX);
-    out->acceleration = sg_within(-SG_REAL_MAX, SG_REAL_MAX);
+    out->command = sg_promise(-0.6000000000000001, 0.6000000000000001);
+    out->position = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
+    out->velocity = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
+    out->acceleration = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design 6f28a81795cf3b0b440bcca0e8a4e92c985cfe31385a76d0cba8338e5c3952f4.
+ * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
  *
  * What Frama-C Eva is given of two_stage_mpc: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract two_stage_mpc_contract.c promises to the callers.
@@ -83,7 +83,7 @@ static void try_step(two_stage_mpc_t *self)
     /*@ assert SG_OK <= status <= SG_NOT_READY; */
     (void)status;
     /*@ assert \is_finite(out.command) && -0.6000000000000001d <= out.command <= 0.6000000000000001d; */ ;
-    /*@ assert 0 <= out.iterations <= 114; */ ;
+    /*@ assert 0 <= out.iterations <= 186; */ ;
     held(self);
     sg_forget();
 }
@@ -109,7 +109,7 @@ int main(void)
     two_stage_mpc_t self;
     two_stage_mpc_init(&self);
     held(&self);
-    /*@ widen_hints "all", 2, 3, 5, 6, 19, 20, 21, 62, 63, 113, 114; */
+    /*@ widen_hints "all", 0, 1, 2, 3, 4, 5, 6, 19, 20, 21, 62, 63, 64, 185, 186; */
     while (Frama_C_nondet(0, 1) == 1) {
         switch (Frama_C_interval(0, 5)) {
         case 0:

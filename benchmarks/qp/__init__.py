@@ -1,0 +1,1 @@
+"""The benchmark of QP back ends: sequences, peers, counts, promises."""
