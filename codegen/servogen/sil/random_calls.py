@@ -164,6 +164,8 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
             here = float(rng.uniform(-1.0, 1.0) * limits.position_m)
             yield Call("reset", {"position": here})
             yield Call("step", _contradiction(design, apart, here))
+            if isinstance(design.solver, ActiveSetTables):
+                yield Call("step", _prescribed(design, here, 10.0 ** (index / 10 % 4 - 3)))
         path = here + _tour(rng, horizon, limits.velocity_m_per_s * design.plant.sample_time_s)
         path = np.clip(path, -limits.position_m, limits.position_m)
         if rng.random() < 0.2:
@@ -202,6 +204,18 @@ def _contradiction(design: MpcDesign, rng: np.random.Generator, here: float) -> 
     state[0] = here
     inputs = _state_inputs("", _names(design.plant.order), state)
     return {**inputs, "reference": np.full(horizon + 1, here), "low": low, "high": high}
+
+
+def _prescribed(design: MpcDesign, here: float, share: float) -> dict[str, Value]:
+    """Every position prescribed, now to this side and now to the other: as many rows as variables,
+    and then, with a larger share of the range, one more."""
+    limits, horizon = design.limits, design.horizon
+    sides = np.where(np.arange(horizon) % 2 == 0, 1.0, -1.0) * share * limits.fast_range_m
+    where = np.clip(here + sides, -limits.position_m, limits.position_m)
+    state = np.zeros(design.plant.order)
+    state[0] = here
+    inputs = _state_inputs("", _names(design.plant.order), state)
+    return {**inputs, "reference": np.full(horizon + 1, here), "low": where, "high": where}
 
 
 def _tour(rng: np.random.Generator, horizon: int, step_m: float) -> FloatArray:
