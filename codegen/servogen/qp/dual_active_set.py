@@ -15,7 +15,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
     ``accept``;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
     along S r = c, until one of them vanishes and leaves. If none falls, a row that depends only
-    nearly is appended after all; otherwise no z keeps all rows.
+    nearly is appended after all; otherwise no z keeps all rows, or rounding hides one
+    (``no_point``).
 
 A row is appended only if it is violated by more than ``accept``, so the full step that follows
 raises the dual cost by at least accept^2 / (2 a'H^-1 a), and between two full steps rows are only
