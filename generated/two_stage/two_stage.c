@@ -11,13 +11,13 @@
  * worst case of one call                        add    mul   div    cmp other    load  store stack
  * two_stage_init                                  0      0     0      0     0       0   8948    32
  * two_stage_reset                                 0      0     0     30     0     280  15704    92
- * two_stage_step                            1151256 969735 47244 341930 64136 1860125 409662  5492
- *   fixed part                                 6984   4395     0   7502   896   15749   6414
- *   each of 186 TWO_STAGE_MPC_ITERATION_CAP    6152   5190   254   1798   340    9916   2168
+ * two_stage_step                            1151256 969735 47244 342556 64136 1860377 409662  5492
+ *   fixed part                                 6984   4395     0   7756   896   16001   6414
+ *   each of 186 TWO_STAGE_MPC_ITERATION_CAP    6152   5190   254   1800   340    9916   2168
  * two_stage_predict                              24     24     0     30     0      84     48   236
- * two_stage_plan                            1151246 969728 47244 341880 64134 1860091 409642  5476
- *   fixed part                                 6974   4388     0   7452   894   15715   6394
- *   each of 186 TWO_STAGE_MPC_ITERATION_CAP    6152   5190   254   1798   340    9916   2168
+ * two_stage_plan                            1151246 969728 47244 342506 64134 1860343 409642  5476
+ *   fixed part                                 6974   4388     0   7706   894   15967   6394
+ *   each of 186 TWO_STAGE_MPC_ITERATION_CAP    6152   5190   254   1800   340    9916   2168
  * two_stage_start                                10      7     0     50     2      36     22   228
  * two_stage_fast_step                            42     36     0     22    17     117     42   204
  */

@@ -13,9 +13,9 @@
  * two_stage_mpc_reset                            0      0     0      5     0    128    150    48
  * two_stage_mpc_seed                             0      0     0      5     0     21     20    48
  * two_stage_mpc_candidate                      228    228     0     15     0    598    348   196
- * two_stage_mpc_step                        574391 484438 23622 168074 31731 925878 203205   572
- *   fixed part                                2255   1768     0    860   111   3690   1581
- *   each of 186 TWO_STAGE_MPC_ITERATION_CAP   3076   2595   127    899   170   4958   1084
+ * two_stage_mpc_step                        574391 484438 23622 168387 31731 926004 203205   572
+ *   fixed part                                2255   1768     0    987   111   3816   1581
+ *   each of 186 TWO_STAGE_MPC_ITERATION_CAP   3076   2595   127    900   170   4958   1084
  * two_stage_mpc_hold                            12     12     0     51    23    145     85   184
  */
 #include "two_stage_mpc.h"
@@ -129,7 +129,10 @@ static void two_stage_mpc_cold_duals(two_stage_mpc_t *self)
     sg_copy(TWO_STAGE_MPC_ROWS, two_stage_mpc_floor, self->lower);
 }
 
-/* Duals of the last program one step on; the last step repeats, terminal rows keep theirs. */
+/*
+ * Duals of the last program one step on; the last step repeats, terminal rows keep theirs. The row that a
+ * dual comes to may have a lower ceiling.
+ */
 static void two_stage_mpc_shift_duals(sg_real *y)
 {
     SG_PRAGMA("MUST_ITERATE(57, 57)")
@@ -138,7 +141,7 @@ static void two_stage_mpc_shift_duals(sg_real *y)
     }
     SG_PRAGMA("MUST_ITERATE(63, 63)")
     for (int i = 0; i < TWO_STAGE_MPC_ROWS; i++) {
-        y[i] = sg_max(y[i], two_stage_mpc_floor[i]);
+        y[i] = sg_clamp(y[i], two_stage_mpc_floor[i], two_stage_mpc_ceiling[i]);
     }
 }
 

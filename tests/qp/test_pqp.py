@@ -265,10 +265,13 @@ def test_closed_loop_programs_against_qpoases():
 def test_shifted_duals_move_one_step_on():
     floor = np.full(11, 0.5)
     y = np.arange(11, dtype=float)  # three steps of three rows, two terminal rows
-    assert list(shift_duals(y, 3, 2, floor)) == [3, 4, 5, 6, 7, 8, 6, 7, 8, 9, 10]
+    ceiling = np.full(11, 20.0)
+    assert list(shift_duals(y, 3, 2, floor, ceiling)) == [3, 4, 5, 6, 7, 8, 6, 7, 8, 9, 10]
     assert list(y) == list(range(11))
-    assert list(shift_duals(np.zeros(11), 3, 2, floor)) == [0.5] * 11
-    assert list(shift_duals(np.arange(4.0), 3, 1, np.zeros(4))) == [0, 1, 2, 3]
+    assert list(shift_duals(np.zeros(11), 3, 2, floor, ceiling)) == [0.5] * 11
+    assert list(shift_duals(np.arange(4.0), 3, 1, np.zeros(4), ceiling[:4])) == [0, 1, 2, 3]
+    ceiling[0] = 2.5  # the row that a dual comes to may allow less than the one it comes from
+    assert list(shift_duals(y, 3, 2, floor, ceiling)) == [2.5, 4, 5, 6, 7, 8, 6, 7, 8, 9, 10]
 
 
 def test_an_infeasible_program_ends_at_the_cap_with_finite_duals():

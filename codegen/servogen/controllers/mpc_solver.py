@@ -66,7 +66,7 @@ class PqpSolver:
             self.forget()
             return Answer(free, Status.OK, 0)
         shifted = (
-            pqp.shift_duals(dual, qp.rows_per_step, qp.terminal_rows, tables.floor)
+            pqp.shift_duals(dual, qp.rows_per_step, qp.terminal_rows, tables.floor, tables.ceiling)
             for dual in (self.upper, self.lower)
         )
         result = pqp.solve(tables, self.design.tol, slack_upper, slack_lower, *shifted)

@@ -171,12 +171,15 @@ def _merged(rows: FloatArray, per_step: int, blocks: int, merge: np.ufunc) -> Fl
     return np.concatenate([merged, rows[end:]])
 
 
-def shift_duals(y: FloatArray, per_step: int, terminal: int, floor: FloatArray) -> FloatArray:
-    """Duals of the last program, one step on; the last step repeats, terminal rows keep theirs."""
+def shift_duals(
+    y: FloatArray, per_step: int, terminal: int, floor: FloatArray, ceiling: FloatArray
+) -> FloatArray:
+    """Duals of the last program, one step on; the last step repeats, terminal rows keep theirs.
+    Each stays between the ``floor`` and the ``ceiling`` of its new row."""
     stage = y.size - terminal
     shifted = y.copy()
     shifted[: stage - per_step] = y[per_step:stage]
-    return np.maximum(shifted, floor)
+    return np.minimum(np.maximum(shifted, floor), ceiling)
 
 
 def solve(
@@ -288,7 +291,7 @@ def _extrapolate(
     slope = total(step_upper * r_upper + step_lower * r_lower)
     if not (slope < real(0.0) and curvature > real(0.0)):
         return upper, lower
-    length = -slope / max(curvature, tables.least_curvature)
+    length = min(-slope, tables.longest) / max(curvature, tables.least_curvature)
     length = min(max(length, real(0.0)), tables.longest)
     weight_upper, weight_lower = upper * tables.diagonal, lower * tables.diagonal
     level = real(tol.weight) * max(np.max(weight_upper), np.max(weight_lower))
