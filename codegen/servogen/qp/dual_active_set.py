@@ -235,7 +235,7 @@ class _Method:
         work, z, rows = self.work, self.free, self.free_rows
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
-        refined = refining = forced = False
+        refining = forced = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 step = self.step()
@@ -245,7 +245,7 @@ class _Method:
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = refined = refining = False
+                    kept = refining = False
                     continue
                 kept = False
                 work.dual[: work.size] = self.from_zero(star)
@@ -257,12 +257,11 @@ class _Method:
                 entering = self.worst(rows)
                 if entering is None:
                     self.measure(rows)
-                    if not refined and np.any(self.missed[: work.size] < -self.tables.accept):
-                        refined = refining = True
+                    if np.any(self.missed[: work.size] < -self.tables.accept):
+                        refining = True
                         continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
-                refined = False
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
                     if self.low[entering[0]] > self.high[entering[0]]:
