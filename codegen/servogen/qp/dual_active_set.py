@@ -11,8 +11,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
-    the optimum is computed once more if rounding has left a row of W inside its bound by more than
-    ``accept``;
+    the step is taken again, from z, as long as rounding leaves a row of W inside its bound by more
+    than ``accept``, so that the rows of an optimum are met on both sides;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
     along S r = c, until one of them vanishes and leaves. If none falls, a row that depends only
     nearly is appended after all; otherwise no z keeps all rows, or rounding hides one
@@ -372,16 +372,19 @@ class _Method:
         What the set leaves of it is rounding, or counts as that: points that keep all rows are at
         least excess / sqrt(left) away, in the metric of H. That is far where it is more than the
         reach many times over: of the rows at z and at the unconstrained optimum, and of the moves
-        V lambda, of which z is what rounding has left.
+        V lambda, of which z is what rounding has left. What has come near ``large`` may
+        have met it, and leaves doubt.
         """
-        reach = max(np.max(np.abs(rows)), np.max(np.abs(self.free_rows)))
-        reach = min(reach, self.tables.large)
-        reach = reach * reach
-        for dual, square in zip(self.work.dual[: self.work.size], self.work.square, strict=False):
+        work, large = self.work, self.tables.large
+        greatest = max(np.max(np.abs(rows)), np.max(np.abs(self.free_rows)))
+        greatest = min(greatest, large)
+        reach = greatest * greatest
+        for dual, square in zip(work.dual[: work.size], work.square, strict=False):
+            greatest = max(greatest, dual)
             reach = max(reach, (dual * dual) * square)
-        reach = self.tables.doubt * min(reach, self.tables.large)
-        most = min(max(excess, self.zero), self.tables.large)
-        return bool(most * most > reach * self.left)
+        reach = self.tables.doubt * min(reach, large * large)
+        most = min(max(excess, self.zero), large)
+        return bool(greatest < self.real(0.5) * large and most * most > reach * self.left)
 
     def drop(self, p: int) -> None:
         """Take row p out of the set, and what it misses."""
