@@ -218,6 +218,11 @@ VALUES = (
         ("controller.solver.iteration_cap is 0", "from 1 to", '"target"'),
     ),
     Bad(
+        "a solver that there is not",
+        edit("[path]", '[controller]\nsolver = "osqp"\n[path]'),
+        ('controller.solver is "osqp"', "[controller.solver]", '"pqp" or "active_set"'),
+    ),
+    Bad(
         "terminal weight below the Lyapunov solution",
         edit("horizon = 3", "horizon = 3\nterminal_weight = 0.5"),
         ("controller.mpc.terminal_weight is 0.5", '"lyapunov"', "at least 1"),

@@ -12,7 +12,8 @@ from servogen.explicit.iteration_certificate import certify_iterations
 from servogen.explicit.iteration_program import IterationProgram, iteration_program
 from servogen.explicit.iteration_trials import points_inside
 from servogen.precision import FLOAT32, FLOAT64
-from servogen.qp.dual_active_set import ActiveSetResult, WorkingSet, empty_set
+from servogen.qp.active_set_factor import WorkingSet, empty_set
+from servogen.qp.dual_active_set import ActiveSetResult
 from servogen.qp.parametric import ParametricQP, parameter_box, parametric_qp
 
 BUDGET = 100_000

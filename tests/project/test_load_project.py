@@ -135,6 +135,18 @@ def test_the_margin_follows_the_precision_unless_it_is_given(write: Callable[[st
     assert margin(single + "[controller.solver]\nconstraint_margin = 3e-5\n") == 3e-5
 
 
+@pytest.mark.parametrize("method", ["pqp", "active_set"])
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_a_solver_may_be_its_method_alone(
+    write: Callable[[str], Path], method: str, precision: str
+) -> None:
+    rest = f'\n[output]\nprecision = "{precision}"\n'
+    alone = load_project(write(LEAST + f'[controller]\nsolver = "{method}"' + rest))
+    table = load_project(write(LEAST + f'[controller.solver]\nmethod = "{method}"' + rest))
+    assert alone.controller == table.controller
+    assert alone.controller.solver.method == method
+
+
 def test_the_path_settings_are_the_table_s(write: Callable[[str], Path]) -> None:
     table = 'path = {file = "a.dxf", feed_scale = 1.5, layer_feeds_m_per_s = {CUT = 0.25}}'
     project = load_project(write(LEAST.replace('path = {file = "a.dxf"}', table)))

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from servogen.precision import PRECISIONS
-from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables, empty_set, solve
+from servogen.qp.active_set_factor import empty_set
+from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
+from servogen.qp.dual_active_set import solve
 from servogen.qp.row_tables import column_rows
 
 N, ROWS, ACCEPT = 8, 8, 2e-6

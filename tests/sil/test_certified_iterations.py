@@ -25,7 +25,7 @@ from servogen.explicit.iteration_certificate import (
 from servogen.explicit.iteration_paths import Paths
 from servogen.explicit.iteration_program import IterationProgram, iteration_program
 from servogen.precision import FLOAT64
-from servogen.qp.dual_active_set import empty_set
+from servogen.qp.active_set_factor import empty_set
 from servogen.qp.parametric import parameter_box, parametric_qp
 from servogen.sil.build import Module, compile_package
 from servogen.sil.compiled import CompiledController

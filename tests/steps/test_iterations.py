@@ -18,7 +18,7 @@ from servogen.evidence.bench import Bench
 from servogen.explicit.iteration_certificate import IterationCertificate, certify_iterations
 from servogen.progress import Silent
 from servogen.project import load_project
-from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp.active_set_tables import ActiveSetTables
 from servogen.qp.pqp import pqp_tables
 from servogen.steps import two_stage_iterations as own
 from servogen.steps.check import bench_of

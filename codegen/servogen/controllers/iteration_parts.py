@@ -9,7 +9,7 @@ import numpy as np
 
 from servogen.controllers.design import Constant, Dimension, StateField, Table
 from servogen.precision import FloatArray
-from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp.active_set_tables import ActiveSetTables
 from servogen.qp.pqp import PqpTables
 from servogen.qp.row_tables import ColumnRows, StageRows
 from servogen.qp.tolerances import QpTolerances

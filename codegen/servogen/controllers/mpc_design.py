@@ -20,8 +20,8 @@ from servogen.controllers.design import (
 from servogen.controllers.iteration_parts import IterationParts, active_set_parts, pqp_parts
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import FloatArray, Precision
+from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
 from servogen.qp.condense import CondensedQp, TrackingWeights, condense
-from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
 from servogen.qp.pqp import PqpTables, pqp_tables
 from servogen.qp.row_tables import StageRows, stage_rows
 from servogen.qp.tolerances import QpTolerances, tolerances

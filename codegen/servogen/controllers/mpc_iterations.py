@@ -6,7 +6,7 @@ import numpy as np
 
 from servogen.controllers.mpc_design import MpcDesign, state_ports
 from servogen.explicit.iteration_program import IterationProgram
-from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp.active_set_tables import ActiveSetTables
 from servogen.qp.parametric import parameter_box
 
 # Without a limit of their own there is no set of parameters to certify: position, velocity and

@@ -10,8 +10,8 @@ import numpy as np
 from servogen.controllers.design import Status
 from servogen.controllers.mpc_design import MpcDesign
 from servogen.precision import FloatArray
-from servogen.qp import dual_active_set, pqp
-from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp import active_set_factor, dual_active_set, pqp
+from servogen.qp.active_set_tables import ActiveSetTables
 from servogen.qp.pqp import PqpTables
 
 
@@ -85,7 +85,7 @@ class ActiveSetSolver:
         self.forget()
 
     def forget(self) -> None:
-        self.work = dual_active_set.empty_set(self.tables)
+        self.work = active_set_factor.empty_set(self.tables)
 
     def solve(
         self, free: FloatArray, start: FloatArray, below: FloatArray, above: FloatArray

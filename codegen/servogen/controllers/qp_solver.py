@@ -10,7 +10,8 @@ from servogen.controllers.arithmetic import check_port
 from servogen.controllers.design import Status, Value
 from servogen.controllers.qp_solver_design import QpSolverDesign, declare_qp_solver
 from servogen.precision import FloatArray
-from servogen.qp.dual_active_set import empty_set, solve
+from servogen.qp.active_set_factor import empty_set
+from servogen.qp.dual_active_set import solve
 from servogen.qp.ordered import matvec
 
 

@@ -28,7 +28,7 @@ from servogen.controllers.qp_solver_check import (
     metric,
 )
 from servogen.precision import FloatArray, Precision
-from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
+from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
 from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
 

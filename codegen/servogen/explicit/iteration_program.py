@@ -10,13 +10,9 @@ import numpy as np
 from servogen.explicit.errors import ExplicitError
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.precision import Precision
-from servogen.qp.dual_active_set import (
-    ActiveSetResult,
-    ActiveSetTables,
-    WorkingSet,
-    active_set_tables,
-    solve,
-)
+from servogen.qp.active_set_factor import WorkingSet
+from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
+from servogen.qp.dual_active_set import ActiveSetResult, solve
 from servogen.qp.parametric import ParametricQP
 from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
 from servogen.sets.errors import SetError

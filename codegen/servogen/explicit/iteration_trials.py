@@ -13,7 +13,7 @@ import numpy as np
 
 from servogen.explicit.iteration_program import IterationProgram
 from servogen.plants.statespace import FloatArray
-from servogen.qp.dual_active_set import empty_set
+from servogen.qp.active_set_factor import empty_set
 
 SEED = 20264
 # Parameters anywhere in the set, and in the ball of each of the longest pieces: rounding that costs

@@ -5,12 +5,12 @@ SI units throughout. Defaults are the bundled two-stage machine's (MPC-20-B).
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from servogen.identifiers import MAX_LENGTH, is_free_prefix
-from servogen.project.fields import FileName, Section, Version, told
+from servogen.project.fields import FileName, Section, Version, one_of, told
 from servogen.project.machine import MachineFile
 
 KNOWN_SYSTEMS = ("two_stage",)
@@ -85,12 +85,27 @@ class Mpc(Section):
     ] = 0
 
 
+Method = Literal["pqp", "active_set"]
+
+
+def _of_method(value: object) -> object:
+    """``solver = "active_set"`` is the table with this method and the defaults."""
+    if not isinstance(value, str):
+        return value
+    if value not in get_args(Method):
+        raise ValueError("no method")
+    return {"method": value}
+
+
 class Solver(Section):
     """The iteration that solves the MPC's program."""
 
     method: Annotated[
-        Literal["pqp", "active_set"],
-        Field(description="the paper's iteration (20)-(21), or the dual active-set method"),
+        Method,
+        Field(
+            description="the paper's iteration (20)-(21), or the dual active-set method; "
+            '`solver = "active_set"` in `[controller]` is this key alone'
+        ),
     ] = "pqp"
     iteration_cap: Annotated[
         Literal["target"] | Annotated[int, Field(ge=1, le=MAX_ITERATIONS)],
@@ -135,7 +150,11 @@ class Controller(Section):
     ] = "sprg_mpc"
     governor: Governor = Governor()
     mpc: Mpc = Mpc()
-    solver: Solver = Solver()
+    solver: Annotated[
+        Solver,
+        BeforeValidator(_of_method),
+        told(f"the table [controller.solver], or its method alone: {one_of(get_args(Method))}"),
+    ] = Solver()
     fast: FastLaw = FastLaw()
     lfs: Lfs = Lfs()
 

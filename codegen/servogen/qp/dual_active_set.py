@@ -11,8 +11,8 @@ one of three things, and every one of them raises the dual cost or shortens W:
 
   * some of lambda* are negative: go towards them until the first one vanishes and drop its row;
   * otherwise z and its rows: none violated, that is the optimum; else append the most violated one;
-    the optimum is computed once more if rounding has left a row of W inside its bound by more than
-    ``accept``;
+    the step is taken again, from z, as long as rounding leaves a row of W inside its bound by more
+    than ``accept``, so that the rows of an optimum are met on both sides;
   * a row that depends on those of W cannot be appended: its multiplier rises, the others follow
     along S r = c, until one of them vanishes and leaves. If none falls, a row that depends only
     nearly is appended after all; otherwise no z keeps all rows, or rounding hides one
@@ -31,127 +31,10 @@ from typing import Any
 
 import numpy as np
 
-from servogen.precision import FloatArray, Precision
-from servogen.qp.ordered import dot, matvec
-from servogen.qp.row_tables import RowTables
-from servogen.qp.tolerances import DEPENDENT, DOUBT, FALLS, LARGE, ROUNDING
-
-
-@dataclass(frozen=True)
-class ActiveSetTables:
-    """Tables in the target precision.
-
-    Attributes:
-        inverse: (N, N) H^-1.
-        rows: A.
-        norm: (m,) square root of a'H^-1 a of every row, for who judges the method from outside;
-            it computes the squares of the rows that it meets.
-        dependent: share of a'H^-1 a at or below which what the working set leaves of a row is
-            taken for rounding.
-        rounding: the same where there is no other way than to append it.
-        falls: share of its norm by which a row must hold another one to fall with it.
-        large, small: what the factor and the multipliers are kept within, and from what on is
-            divided by: bounds for the proof of the emitted C.
-        doubt: points whose squared distance is so many times the squared reach are taken for none.
-        accept: violation of a bound that is accepted.
-        cap: iterations.
-        stores: whether H^-1 a of the rows of the set is kept: N^2 numbers, worth it where more than
-            N rows do not bound single variables. Else z is one product with H^-1 away from the
-            multipliers.
-        triangle: whether the emitted C keeps one triangle of H^-1 only, where fewer than N rows do
-            not bound single variables; a product with it costs about twice as much.
-        keep: a working set of at least so many rows stays as it is at the next call, factor and
-            all; a smaller one is shifted by one sample and factored anew.
-    """
-
-    inverse: FloatArray
-    rows: RowTables
-    norm: FloatArray
-    dependent: np.floating
-    rounding: np.floating
-    falls: np.floating
-    doubt: np.floating
-    large: np.floating
-    small: np.floating
-    accept: np.floating
-    cap: int
-    stores: bool
-    triangle: bool
-    keep: int
-
-
-def active_set_tables(
-    hessian: FloatArray, written: FloatArray, rows: RowTables, accept: float, cap: int,
-    precision: Precision,
-) -> ActiveSetTables:  # fmt: skip
-    """Tables of H (N, N) and A, ``written`` (m, N) out and as ``rows``; rounded once.
-
-    A set is kept from half the variables on: to factor one anew costs its size times an iteration,
-    and one that large belongs to a machine that stays at its limits, where the same rows hold at
-    the next sample; a small one moves towards the present with the horizon.
-    """
-    # with a unit diagonal: a variable in metres beside one in nanometres costs no digits
-    unit = 1.0 / np.sqrt(np.diag(hessian))
-    inverse = np.linalg.inv(hessian * np.outer(unit, unit))
-    inverse = 0.5 * (inverse + inverse.T) * np.outer(unit, unit)
-    norm = np.sqrt(np.einsum("ij,jk,ik->i", written, inverse, written))
-    real = precision.dtype.type
-
-    def rounded(values: FloatArray) -> FloatArray:
-        array = np.ascontiguousarray(values, dtype=real)
-        array.flags.writeable = False
-        return array
-
-    return ActiveSetTables(
-        inverse=rounded(inverse),
-        rows=rows,
-        norm=rounded(norm),
-        dependent=real(DEPENDENT[precision.name]),
-        rounding=real(ROUNDING[precision.name]),
-        falls=real(FALLS[precision.name]),
-        doubt=real(DOUBT),
-        large=real(LARGE[precision.name]),
-        small=real(1.0 / LARGE[precision.name]),
-        accept=real(accept),
-        cap=cap,
-        stores=rows.count - rows.alone > rows.variables,
-        triangle=rows.count - rows.alone < rows.variables,
-        keep=max(1, rows.variables // 2),
-    )
-
-
-@dataclass
-class WorkingSet:
-    """What one call leaves to the next: the working set, its factor and its vectors.
-
-    Attributes:
-        size: q, rows in the set. row, side: (N,) which, and 1 for the upper side, -1 the lower.
-        factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters.
-        pivots: (N,) 1 / D. square: (N,) a'H^-1 a.
-        vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
-        slot: (N,) where a row of the set has its vector; the rest are free.
-        dual: (N,) multipliers.
-    """
-
-    size: int
-    row: list[int]
-    side: list[int]
-    slot: list[int]
-    factor: FloatArray
-    pivots: FloatArray
-    square: FloatArray
-    vectors: FloatArray
-    dual: FloatArray
-
-
-def empty_set(tables: ActiveSetTables) -> WorkingSet:
-    """No row, for a first call."""
-    n, real = tables.rows.variables, tables.inverse.dtype
-    return WorkingSet(
-        0, [0] * n, [1] * n, list(range(n)),
-        np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros(n, real), np.zeros((n, n), real),
-        np.zeros(n, real),
-    )  # fmt: skip
+from servogen.precision import FloatArray
+from servogen.qp.active_set_factor import WorkingSet, append, back, forward, remove
+from servogen.qp.active_set_tables import ActiveSetTables
+from servogen.qp.ordered import matvec
 
 
 @dataclass(frozen=True)
@@ -204,8 +87,6 @@ class _Method:
         self.real = tables.inverse.dtype.type
         self.zero, self.one = self.real(0.0), self.real(1.0)
         self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
-        # of the row that ``append`` was asked for last: a'H^-1 a, and what the set leaves of it
-        self.square = self.left = self.zero
 
     def worst(self, rows: FloatArray) -> tuple[int, int] | None:
         """Row and side of the largest violation beyond ``accept``; of equal ones the first row,
@@ -226,7 +107,7 @@ class _Method:
             for row, side in old:
                 moved = self.tables.rows.shifted(row)
                 if moved >= 0:
-                    self.append(moved, side)
+                    append(self.tables, work, moved, side)
         work.dual[: work.size] = self.zero
         self.measure(self.free_rows)
 
@@ -235,7 +116,7 @@ class _Method:
         work, z, rows = self.work, self.free, self.free_rows
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
-        refined = refining = forced = False
+        refining = forced = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 step = self.step()
@@ -245,7 +126,7 @@ class _Method:
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = refined = refining = False
+                    kept = refining = False
                     continue
                 kept = False
                 work.dual[: work.size] = self.from_zero(star)
@@ -257,12 +138,11 @@ class _Method:
                 entering = self.worst(rows)
                 if entering is None:
                     self.measure(rows)
-                    if not refined and np.any(self.missed[: work.size] < -self.tables.accept):
-                        refined = refining = True
+                    if np.any(self.missed[: work.size] < -self.tables.accept):
+                        refining = True
                         continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
-                refined = False
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
                     if self.low[entering[0]] > self.high[entering[0]]:
@@ -273,25 +153,22 @@ class _Method:
                     continue
                 refining = False
                 raised, excess = self.zero, self.excess(rows, *entering)
-            if self.append(*entering, forced):
+            appended = append(self.tables, work, *entering, forced)
+            if appended.done:
                 work.dual[work.size - 1] = raised
                 self.missed[work.size - 1] = excess
                 entering, forced = None, False
                 continue
-            gained = self.make_room()
+            gained = self.make_room(appended.square)
             if gained is None:
-                if work.size < z.size and self.left > self.tables.rounding * self.square:
+                if work.size < z.size and appended.left > self.tables.rounding * appended.square:
                     forced = True
                     continue
-                beyond = self.no_point(excess, rows)
+                beyond = self.no_point(excess, appended.left, rows)
                 work.size = 0  # rows that contradict are no beginning for another program
                 return ActiveSetResult(z, False, beyond, iteration)
             raised = self.from_zero(raised + gained)
         return ActiveSetResult(z, False, False, self.tables.cap)
-
-    def within(self, x: np.floating) -> np.floating:
-        """Kept within plus and minus ``large``, which only the proof of the C needs."""
-        return min(max(x, -self.tables.large), self.tables.large)
 
     def from_zero(self, x: Any) -> Any:
         """Numbers kept within zero and ``large``."""
@@ -311,21 +188,11 @@ class _Method:
     def step(self) -> FloatArray:
         """lambda* - lambda (q,)."""
         work, q = self.work, self.work.size
-        step = np.zeros(q, dtype=work.dual.dtype)
-        for j in range(q):
-            total = self.missed[j]
-            for k in range(j):
-                total = total - work.factor[j, k] * step[k]
-            step[j] = self.within(total)
+        step = self.missed[:q].copy()
+        forward(self.tables, work, step)
         step = step * work.pivots[:q]
-        self.back(step)
+        back(self.tables, work, step)
         return step
-
-    def back(self, x: FloatArray) -> None:
-        """x becomes L^-T x, from the last entry to the first."""
-        for j in range(x.size - 1, -1, -1):
-            x[j] = self.within(x[j])
-            x[:j] = x[:j] - self.work.factor[j, :j] * x[j]
 
     def blocked(self, star: FloatArray) -> bool:
         """Whether some multiplier would turn negative: then go to where the first one vanishes and
@@ -346,13 +213,13 @@ class _Method:
         self.drop(place)
         return True
 
-    def make_room(self) -> np.floating | None:
+    def make_room(self, square: np.floating) -> np.floating | None:
         """Raise the multiplier of the dependent row until one of the set vanishes and leaves; by
         how much, or None where none falls."""
         work, q = self.work, self.work.size
         share = work.factor[q, :q].copy()
-        own = (self.tables.falls * self.tables.falls) * self.square
-        self.back(share)
+        own = (self.tables.falls * self.tables.falls) * square
+        back(self.tables, work, share)
         length, place = self.zero, -1
         for j in range(q):
             falling = min(max(share[j], self.zero), self.tables.large)
@@ -367,28 +234,31 @@ class _Method:
         self.drop(place)
         return length
 
-    def no_point(self, excess: np.floating, rows: FloatArray) -> bool:
+    def no_point(self, excess: np.floating, left: np.floating, rows: FloatArray) -> bool:
         """Whether a row that cannot be kept is beyond doubt.
 
         What the set leaves of it is rounding, or counts as that: points that keep all rows are at
         least excess / sqrt(left) away, in the metric of H. That is far where it is more than the
         reach many times over: of the rows at z and at the unconstrained optimum, and of the moves
-        V lambda, of which z is what rounding has left.
+        V lambda, of which z is what rounding has left. What has come near ``large`` may
+        have met it, and leaves doubt.
         """
-        reach = max(np.max(np.abs(rows)), np.max(np.abs(self.free_rows)))
-        reach = min(reach, self.tables.large)
-        reach = reach * reach
-        for dual, square in zip(self.work.dual[: self.work.size], self.work.square, strict=False):
+        work, large = self.work, self.tables.large
+        greatest = max(np.max(np.abs(rows)), np.max(np.abs(self.free_rows)))
+        greatest = min(greatest, large)
+        reach = greatest * greatest
+        for dual, square in zip(work.dual[: work.size], work.square, strict=False):
+            greatest = max(greatest, dual)
             reach = max(reach, (dual * dual) * square)
-        reach = self.tables.doubt * min(reach, self.tables.large)
-        most = min(max(excess, self.zero), self.tables.large)
-        return bool(most * most > reach * self.left)
+        reach = self.tables.doubt * min(reach, large * large)
+        most = min(max(excess, self.zero), large)
+        return bool(greatest < self.real(0.5) * large and most * most > reach * left)
 
     def drop(self, p: int) -> None:
         """Take row p out of the set, and what it misses."""
         q = self.work.size
         self.missed[p : q - 1] = self.missed[p + 1 : q].copy()
-        self.remove(p)
+        remove(self.tables, self.work, p)
 
     def refined(self, z: FloatArray, step: FloatArray) -> FloatArray:
         """z - V step (N,), kept within ``large``."""
@@ -411,65 +281,3 @@ class _Method:
             signed = dual[j] if work.side[j] > 0 else -dual[j]
             z = z - work.vectors[work.slot[j]] * signed
         return z
-
-    def append(self, row: int, side: int, forced: bool = False) -> bool:
-        """Extend the factor by a row; False, and the set as it was, where it depends on it.
-
-        Row q of L then holds L^-1 times its products with the others, over D.
-        """
-        work, q, rows = self.work, self.work.size, self.tables.rows
-        own = rows.row(row)
-        part = slice(rows.begin(row), own.size)
-        vector = matvec(self.tables.inverse[part], own[part])
-        pivot = self.square = dot(own[part], vector[part])
-        under = work.factor[q]
-        for j in range(q):
-            product = rows.dot(work.row[j], vector)
-            total = product if side == work.side[j] else -product
-            for k in range(j):
-                total = total - work.factor[j, k] * under[k]
-            under[j] = self.within(total)
-        for j in range(q):
-            scaled = self.within(under[j] * work.pivots[j])
-            pivot = pivot - scaled * under[j]
-            under[j] = scaled
-        self.left = min(max(pivot, self.tables.rounding * self.square), self.tables.large)
-        least = self.tables.rounding if forced else self.tables.dependent
-        if q == self.free.size or not pivot > least * self.square:
-            return False
-        real = self.tables.inverse.dtype.type
-        work.pivots[q] = real(1.0) / min(max(pivot, self.tables.small), self.tables.large)
-        work.square[q] = self.square
-        work.vectors[work.slot[q]] = vector
-        work.row[q], work.side[q], work.dual[q] = row, side, self.zero
-        work.size = q + 1
-        return True
-
-    def remove(self, p: int) -> None:
-        """Take row p out: L D L' of the rest by a rank-one update of what stood below it."""
-        work, q = self.work, self.work.size
-        real = self.tables.inverse.dtype.type
-        below = work.factor[:, p].copy()
-        weight = real(1.0) / max(work.pivots[p], self.tables.small)
-        freed = work.slot[p]
-        for j in range(p, q - 1):
-            work.row[j], work.side[j] = work.row[j + 1], work.side[j + 1]
-            work.slot[j], work.dual[j] = work.slot[j + 1], work.dual[j + 1]
-            work.square[j] = work.square[j + 1]
-            work.factor[j, :p] = work.factor[j + 1, :p]
-            work.factor[j, p:j] = work.factor[j + 1, p + 1 : j + 1]
-            below[j] = below[j + 1]
-        work.slot[q - 1] = freed
-        for j in range(p, q - 1):
-            old = real(1.0) / max(work.pivots[j + 1], self.tables.small)
-            mine = self.within(below[j])
-            part = weight * mine
-            new = min(max(old + part * mine, self.tables.small), self.tables.large)
-            inverse = real(1.0) / new
-            share = self.within(part * inverse)
-            weight = self.from_zero((old * weight) * inverse)
-            work.pivots[j] = inverse
-            for i in range(j + 1, q - 1):
-                below[i] = below[i] - mine * work.factor[i, j]
-                work.factor[i, j] = self.within(work.factor[i, j] + share * below[i])
-        work.size = q - 1

@@ -19,7 +19,7 @@ from servogen.controllers.fast_stage import FastStage
 from servogen.controllers.governor_design import AXES, GovernorDesign
 from servogen.controllers.mpc_design import POSITION_FACTOR, MpcDesign
 from servogen.precision import FloatArray
-from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp.active_set_tables import ActiveSetTables
 from servogen.sets.constraints import AxisLimits
 from servogen.sil.edges import random_inputs
 from servogen.sil.harness import Call

@@ -16,7 +16,7 @@ from servogen.explicit.errors import ExplicitError
 from servogen.explicit.iteration_certificate import IterationCertificate, certify_iterations
 from servogen.precision import FloatArray, IntArray
 from servogen.progress import Progress
-from servogen.qp.dual_active_set import ActiveSetTables
+from servogen.qp.active_set_tables import ActiveSetTables
 from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call
