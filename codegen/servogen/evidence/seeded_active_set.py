@@ -28,6 +28,11 @@ ACTIVE_SET_FAULTS: tuple[Fault, ...] = (
         "the factor is that of rows mirrored at zero; the pivots are the same",
     ),
     Fault(
+        "which multiplier vanishes first", "sign", "@p_mpc.c",
+        "} else if (here < share) {", "} else if (here > share) {",
+        "the step goes past the others, whose multipliers turn negative and are cut off at zero",
+    ),
+    Fault(
         "no row enters at first", "uninitialised", "@p_mpc.c",
         "int32_t entering = -1;", "int32_t entering;",
         "where the register holds a row's number, it is appended without a look at the set kept",
@@ -43,14 +48,6 @@ ACTIVE_SET_FAULTS: tuple[Fault, ...] = (
         "    @p_mpc_begin(self);\n    (void)@p_mpc_measure(self, rows, low, high);\n",
         "    (void)@p_mpc_measure(self, rows, low, high);\n    @p_mpc_begin(self);\n",
         "the first step is that of the last call's rows; the set that it leads to is another one",
-    ),
-    Fault(
-        "a kept set that is not the right one", "wrong order", "@p_mpc.c",
-        "            dropped = @p_mpc_descend(self, step);\n"
-        "            if ((dropped & kept) == 1) {",
-        "            dropped = @p_mpc_descend(self, step);\n            kept = 0;\n"
-        "            if ((dropped & kept) == 1) {",
-        "it is taken apart row by row where none is needed, as if it were not the last call's",
     ),
     Fault(
         "an entry of the factor that is kept within", "dropped clamp", "@p_mpc.c",
