@@ -16,6 +16,7 @@ from functools import cache
 from servogen.errors import CheckFailed
 from servogen.evidence.bench import Bench, Subject
 from servogen.evidence.catalogue import CHECKS
+from servogen.evidence.seeded_active_set import ACTIVE_SET_FAULTS
 from servogen.evidence.seeded_faults import FAULTS, Fault, plant
 from servogen.evidence.seeded_kept import Kept
 from servogen.evidence.seeded_quick import Equivalence, Quick, StaticCount, warnings
@@ -49,13 +50,20 @@ def run_seeded(
         CheckFailed: a fault cannot be planted.
     """
     rows = []
-    with progress.task("Planting faults", total=len(FAULTS)) as task:
-        for fault in FAULTS:
+    faults = faults_for(bench)
+    with progress.task("Planting faults", total=len(faults)) as task:
+        for fault in faults:
             mutant = with_fault(bench, fault)
             said = {c.title: _asked(c, mutant, kept) for c in columns}
             rows.append(Row(fault, said))
             task.advance()
     return rows
+
+
+def faults_for(bench: Bench) -> tuple[Fault, ...]:
+    """Those of the method that solves the MPC's program."""
+    own = bench.subjects[0].package.declarations
+    return ACTIVE_SET_FAULTS if any(d.facts.get("active_set") for d in own) else FAULTS
 
 
 def with_fault(bench: Bench, fault: Fault) -> Bench:

@@ -25,7 +25,8 @@ from servogen.explicit.tolerances import (
     TOUCHES,
 )
 from servogen.plants.statespace import FloatArray
-from servogen.qp.active_set import project
+from servogen.qp.nearest import nearest
+from servogen.qp.tolerances import DualMethodTolerances
 
 ActiveSet = tuple[int, ...]
 
@@ -123,6 +124,13 @@ class Behind:
     note: str
 
 
+def optimal_set(program: Canonical, eta: FloatArray) -> ActiveSet | None:
+    """The rows that are active at the optimum for one eta (r,); None if no s keeps all rows."""
+    bound, free = program.w + program.e @ eta, np.zeros(program.g.shape[1])
+    found = nearest(program.g, bound, free, QP_VIOLATION, DualMethodTolerances())
+    return found.active if found.kept else None
+
+
 def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region | None]) -> Behind:
     """What lies behind a generic point of a piece that is not flat."""
     found = generic_point(piece)
@@ -131,14 +139,14 @@ def across(program: Canonical, piece: Facet, build: Callable[[ActiveSet], Region
     met: list[ActiveSet] = []
     for step in STEPS_ACROSS:
         beyond = point + min(step, radius) * piece.normal
-        optimum = project(program.g, program.w + program.e @ beyond, QP_VIOLATION)
-        if optimum is None:
+        active = optimal_set(program, beyond)
+        if active is None:
             height = float(piece.normal @ piece.foot)
             if bounds_feasible_set(program, piece.normal, height):
                 return Behind(None, "")
             continue
-        met.append(optimum.active)
-        region = build(optimum.active)
+        met.append(active)
+        region = build(active)
         if region is None:
             continue
         excess = np.max(region.h @ point - region.k) if region.k.size else -1.0

@@ -21,6 +21,7 @@ from servogen.explicit.cover import (
     bounds_feasible_set,
     facet_of,
     generic_point,
+    optimal_set,
     subtract,
 )
 from servogen.explicit.errors import ExplicitError
@@ -38,10 +39,9 @@ from servogen.explicit.regions import (
 )
 from servogen.explicit.small_lp import Ball, inner_ball
 from servogen.explicit.solution import ExplicitSolution, Findings, first_move_law, group_laws
-from servogen.explicit.tolerances import FLAT, QP_VIOLATION, SLIVER
+from servogen.explicit.tolerances import FLAT, SLIVER
 from servogen.plants.statespace import FloatArray, read_only
 from servogen.progress import Progress, Silent, Task
-from servogen.qp.active_set import project
 from servogen.qp.parametric import ParametricQP
 
 # Directions tried from the middle of the feasible set for a first region that is not flat.
@@ -283,8 +283,8 @@ class _Search:
         for trial in range(_STARTS):
             shift = np.cos((1.0 + 2.3 * np.arange(centre.size)) * (1.0 + trial))
             point = centre + 0.5 * radius * shift / np.linalg.norm(shift)
-            optimum = project(self.program.g, self.program.w + self.program.e @ point, QP_VIOLATION)
-            if optimum is not None and self._build(optimum.active) is not None:
+            active = optimal_set(self.program, point)
+            if active is not None and self._build(active) is not None:
                 return
         raise ExplicitError("regions", None, "a region that is not flat around the first point")
 

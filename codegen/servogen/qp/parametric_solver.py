@@ -1,9 +1,4 @@
-"""Small strictly convex programs solved exactly: the dual method of Goldfarb and Idnani.
-
-It starts at the unconstrained optimum and makes one violated row active after the other; every
-iterate is optimal for its active rows, so the first one that keeps all rows is the answer, and a
-row that no multiplier can reach proves that there is none.
-"""
+"""Small strictly convex programs solved exactly, for one parameter after the other."""
 
 from __future__ import annotations
 
@@ -13,6 +8,7 @@ import numpy as np
 import scipy.linalg
 
 from servogen.precision import FloatArray
+from servogen.qp.nearest import nearest
 from servogen.qp.parametric import ParametricQP
 from servogen.qp.tolerances import DualMethodTolerances
 
@@ -52,86 +48,21 @@ class ParametricSolver:
         """The optimum for one parameter (p,).
 
         Raises:
-            RuntimeError: the steps allowed are used up.
+            ArithmeticError: the steps allowed are used up.
         """
         rows = self._rows
         bound = (self._w + self._s @ theta) / self._length
         # v = L'z: the cost is half the squared distance from v to its unconstrained optimum.
         free: FloatArray = -(self._linear @ theta + self._offset)
-        v = free
-        scale = np.abs(rows) @ np.abs(v) + np.abs(bound)
-        active: list[int] = []
-        dual: FloatArray = np.zeros(0)
-        for _ in range(self._tol.steps * (rows.shape[0] + rows.shape[1]) + 1):
-            excess = rows @ v - bound - self._tol.violation * scale
-            excess[active] = -np.inf
-            if rows.shape[0] == 0 or np.max(excess) <= 0.0:
-                return self._answer(v, active, dual, self._in_domain(theta))
-            worst = int(np.argmax(excess))
-            found = self._activate(worst, v, bound, active, dual)
-            if found is None:
-                return self._answer(v, active, dual, False)
-            active, dual = found
-            v = self._optimum_on(active, free, bound)
-        raise RuntimeError("the active-set method did not end")
+        scale = np.abs(rows) @ np.abs(free) + np.abs(bound)
+        found = nearest(rows, bound, free, self._tol.violation * scale, self._tol)
+        multipliers = np.zeros(rows.shape[0])
+        active = list(found.active)
+        multipliers[active] = found.multipliers / self._length[active]
+        z = scipy.linalg.solve_triangular(self._factor, found.v, lower=True, trans="T")
+        return Optimum(z, multipliers, found.active, found.kept and self._in_domain(theta))
 
     def _in_domain(self, theta: FloatArray) -> bool:
         rows, bounds = self.qp.domain_rows, self.qp.domain_bounds
         scale = np.abs(rows) @ np.abs(theta) + np.abs(bounds)
         return bool(np.all(rows @ theta - bounds <= self._tol.violation * scale))
-
-    def _activate(
-        self, row: int, v: FloatArray, bound: FloatArray, active: list[int], dual: FloatArray
-    ) -> tuple[list[int], FloatArray] | None:
-        """Raise the multiplier of ``row`` until it holds, dropping rows whose multipliers vanish;
-        None where it cannot be made to hold."""
-        rows, own = self._rows, 0.0
-        active, dual = list(active), dual.copy()
-        while True:
-            step, fall = _project(rows[row], rows[active])
-            reach = float(step @ rows[row])  # squared length of what the active rows leave
-            full = np.inf
-            if reach > self._tol.dependent:
-                full = max(float(rows[row] @ v - bound[row]), 0.0) / reach
-            falling = np.flatnonzero(fall > 0.0)
-            ratios = dual[falling] / fall[falling]
-            partial = float(np.min(ratios)) if falling.size else np.inf
-            length = min(full, partial)
-            if not np.isfinite(length):
-                return None
-            if np.isfinite(full):
-                v = v - length * step
-            dual = np.maximum(dual - length * fall, 0.0)
-            own += length
-            if full <= partial:
-                return [*active, row], np.append(dual, own)
-            leaving = int(falling[np.argmin(ratios)])
-            del active[leaving]
-            dual = np.delete(dual, leaving)
-
-    def _optimum_on(self, active: list[int], free: FloatArray, bound: FloatArray) -> FloatArray:
-        """The point nearest to ``free`` where the active rows hold: made anew from them, since the
-        steps that led there leave their roundings, which steep multipliers enlarge."""
-        orthogonal, triangular = np.linalg.qr(self._rows[active].T)
-        beside = free - orthogonal @ (orthogonal.T @ free)
-        beside = beside - orthogonal @ (orthogonal.T @ beside)
-        inside = scipy.linalg.solve_triangular(triangular, bound[active], trans="T")
-        result: FloatArray = beside + orthogonal @ inside
-        return result
-
-    def _answer(
-        self, v: FloatArray, active: list[int], dual: FloatArray, feasible: bool
-    ) -> Optimum:
-        multipliers = np.zeros(self._rows.shape[0])
-        multipliers[active] = dual / self._length[active]
-        z = scipy.linalg.solve_triangular(self._factor, v, lower=True, trans="T")
-        return Optimum(z, multipliers, tuple(sorted(active)), feasible)
-
-
-def _project(row: FloatArray, active: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """``row`` less its projection on the active rows, and the projection's coefficients."""
-    if active.shape[0] == 0:
-        return row, np.zeros(0)
-    orthogonal, triangular = np.linalg.qr(active.T)
-    inside = orthogonal.T @ row
-    return row - orthogonal @ inside, scipy.linalg.solve_triangular(triangular, inside)
