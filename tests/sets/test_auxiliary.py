@@ -18,7 +18,7 @@ def test_shift_register_gives_its_entries_and_then_nothing() -> None:
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(order=st.integers(1, 8), pole=st.floats(0.0, 0.9))
 def test_laguerre_sequences_are_orthonormal(order: int, pole: float) -> None:
-    """sum v^2 = x'x, and each is the z-transform sqrt(1 - a^2) (z^-1 - a)^i / (1 - a z^-1)^(i+1)."""
+    """sum v^2 = x'x; each has the z-transform sqrt(1 - a^2) (z^-1 - a)^i / (1 - a z^-1)^(i+1)."""
     sequences = laguerre(order, pole)
     outputs = sequences.outputs(600)
     np.testing.assert_allclose(outputs.T @ outputs, np.eye(order), atol=1e-9)

@@ -1,4 +1,4 @@
-"""Auxiliary dynamics (2) of paper 4: the sequences by which a command may differ from where it ends.
+"""Auxiliary dynamics (2) of paper 4: sequences by which a command may differ from where it ends.
 
 v(k) = c A^k x + rho. With a shift register any n values may come before rho; with Laguerre
 sequences the n orthonormal ones of a pole, which decay for ever and look further ahead with fewer
