@@ -244,25 +244,26 @@ def _step_rows(
 
 def _end_rows(
     slow: StateSpace, admissible: ExtendedSet, scale: FloatArray, after: tuple[int, ...]
-) -> tuple[FloatArray, list[str]]:
-    """Rows after the last period, on its end and the command held there, and V' as the last one."""
+) -> tuple[FloatArray, list[tuple[str, int]]]:
+    """Rows after the last period, on its end and the command held there, with kind and instant of
+    each; V', as the last one, has none."""
     subs = admissible.sub_samples
     end = (admissible.auxiliary.order + 1) * subs
-    rows, kinds = [], []
+    rows, of_end = [], []
     for kind, t in [*admissible.sources, *(("position", t) for t in after)]:
         if t > end:
             part = discretise(slow, admissible.sample_time_s * (t - end) / subs)
             i = KINDS.index(kind)
             rows.append(np.append(part.a[i], part.b[i]) * scale / scale[i])
-            kinds.append(kind)
+            of_end.append((kind, t))
     rows.append(np.eye(slow.order + 1)[-1])
-    return np.array(rows), [*kinds, "rho"]
+    return np.array(rows), of_end
 
 
 def _layout(
     admissible: ExtendedSet,
     of_step: list[tuple[str, int]],
-    of_end: list[str],
+    of_end: list[tuple[str, int]],
     sub_step_stroke: bool,
     settle: float,
 ) -> list[_Row]:
@@ -279,9 +280,9 @@ def _layout(
             else:
                 own = i if sub_step_stroke else -1
                 layout.append(_Row(kind, reach, own, own))
-    for kind in of_end[:-1]:
+    for kind, t in of_end:
         position = kind == "position"
-        at = hold if position else -1
+        at = hold if position and (sub_step_stroke or t % subs == 0) else -1
         layout.append(_Row(kind, reach if position else 1.0, at, at))
     steady = (1.0 - admissible.tightening) * reach
     share = settle / admissible.limits.fast_range_m
