@@ -228,9 +228,24 @@ def test_foreseen_points_are_those_within_the_stroke(seed: int, sub_step: bool) 
         own = a @ own + b * plan[-1]
         instants.append(own[0])
     after = instants[3 * (HORIZON + 1) :: 1 if sub_step else 3]
-    assert reach.least[-1] >= max(after) - stroke - 1e-12
-    assert reach.greatest[-1] <= min(after) + stroke + 1e-12
-    assert reach.least[-1] <= max(*after, plan[-1] + 3e-5) - stroke + 1e-12
+    settle = axis.design.program.settle_m
+    assert 0.0 < settle <= 0.001 * STROKE
+    bounded = max(max(after), plan[-1] + settle), min(min(after), plan[-1] - settle)
+    assert reach.least[-1] == pytest.approx(bounded[0] - stroke, abs=1e-12)
+    assert reach.greatest[-1] == pytest.approx(bounded[1] + stroke, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_rho_keeps_away_from_the_end_of_the_stroke_by_what_is_left_then(side: float) -> None:
+    axis = AxisGovernor(axis_design())
+    axis.reset(0.1)
+    low, high = np.full(HORIZON + 2, 0.09), np.full(HORIZON + 2, 0.11)
+    reference = np.full(HORIZON + 1, 0.1 + side * 0.03)
+    assert axis.step(np.array([0.1, 0.0, 0.0]), reference, low, high)[0] is Status.OK
+    settle = axis.design.program.settle_m
+    end = 0.1 + side * (0.01 - settle - 1e-6 * STROKE)
+    assert axis.plan[-1] == pytest.approx(end, abs=2e-6 * STROKE)
+    assert abs(axis.plan[-1] - 0.1) <= 0.01 - settle
 
 
 def _sub_step() -> tuple[np.ndarray, np.ndarray]:
@@ -247,9 +262,10 @@ def test_a_push_gives_a_status_and_a_held_command() -> None:
     axis.reset(0.1)
     reference = np.full(HORIZON + 1, 0.11)
     assert axis.step(np.array([0.1, 0.0, 0.0]), reference, -WIDE, WIDE)[0] is Status.OK
-    moved = axis.moved()
-    assert axis.step(np.array([0.1, 0.3, 0.0]), reference, -WIDE, WIDE)[0] is Status.INFEASIBLE
-    np.testing.assert_array_equal(axis.plan, moved)
+    for velocity in (0.3, -0.3):
+        moved, thrown = axis.moved(), np.array([0.1, velocity, 0.0])
+        assert axis.step(thrown, reference, -WIDE, WIDE)[0] is Status.INFEASIBLE
+        np.testing.assert_array_equal(axis.plan, moved)
     assert axis.step(np.array([0.1, 0.0, 0.0]), reference, -WIDE, WIDE)[0] is Status.OK
 
 

@@ -16,10 +16,10 @@ from servogen.controllers.command_governor_design import AXES, CommandGovernorDe
 from servogen.controllers.design import Declaration, Status, Value
 from servogen.errors import InputError
 from servogen.plants.statespace import StateSpace
-from servogen.precision import FloatArray, IntArray
+from servogen.precision import BoolArray, FloatArray, IntArray
 from servogen.systems.closed_loop import STALLED, Stalled, interval_propagation
 
-# Of the velocity bound, the shortest time in which the stage alone could follow.
+# A reference on the end of its tube is rounded there: metres of some 0.2, a few units in the last.
 ROUNDING_M = 1e-12
 
 
@@ -188,14 +188,14 @@ def check_drawing(
         _refuse(start, f"a start {steady:g} m or less from the middle of {name}")
         _refuse(
             np.abs(slow - program.centre_m) > steady,
-            f"a reference {steady:g} m or less from the middle of {name}: a drawing inside the axis",
+            f"a reference {steady:g} m or less from the middle of {name}, inside the axis",
         )
         _refuse(np.abs(own - slow) > reach, f"a reference within {reach:g} m of it in {name}")
         far = np.append(False, np.abs(np.diff(own)) > step)
         _refuse(far, f"a step of at most {step:g} m to it in {name}")
 
 
-def _refuse(bad: FloatArray | np.ndarray, expected: str) -> None:
+def _refuse(bad: BoolArray, expected: str) -> None:
     at = np.flatnonzero(bad)
     if at.size:
         raise InputError(None, f"point {int(at[0])}", None, expected)
