@@ -3,6 +3,7 @@
 The sets of long horizons take seconds; each is computed once in a process.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -48,9 +49,8 @@ def machine(
     """Both axes alike; ``points`` M per period."""
     chosen = settings or GovernorSettings()
     target = admissible(horizon, sub_samples, pole)
-    x, y = (
-        design_axis_governor(f"governor_{a}", precision, stage(pole), target, chosen) for a in "xy"
-    )
+    x = design_axis_governor("governor_x", precision, stage(pole), target, chosen)
+    y = replace(x, prefix="governor_y")
     return design_command_governor("governor", (x, y), points, chosen)
 
 

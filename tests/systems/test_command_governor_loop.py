@@ -120,6 +120,30 @@ def test_recursive_feasibility_over_a_path_whatever_the_solver_does(reference: n
     keeps_its_limits(chosen, done, 3)
 
 
+def test_points_once_planned_are_machined_in_their_period_or_before() -> None:
+    """No plan takes back what the one before it gave to a period."""
+    chosen = design()
+    governor = CommandGovernor(chosen)
+
+    class Watched:
+        declaration = governor.declaration
+        planned_ahead = 0
+
+        def call(self, operation, inputs=None):  # type: ignore[no-untyped-def]
+            before = governor.planned.copy()
+            status, out = governor.call(operation, inputs)
+            if operation == "step":
+                indices = governor.planned + out["points_taken"]
+                assert np.all(indices[:-1] >= before[1:])
+                assert before[0] == 0
+                self.planned_ahead += int(before[-1] > M)
+            return status, out
+
+    watched = Watched()
+    assert run_governed(chosen, STAGES, PATH, MOTION, watched).complete
+    assert watched.planned_ahead > 20
+
+
 def test_a_cap_of_one_iteration_is_never_infeasible() -> None:
     chosen = design(GovernorSettings(cap=1))
     done = run(chosen, PATH, 150)
@@ -148,6 +172,7 @@ def test_a_push_holds_the_tool_until_the_stage_is_back() -> None:
             if status is Status.INFEASIBLE:
                 self.infeasible += 1
                 assert out["points_taken"] == 0
+                assert not np.any(governor.planned)
             return status, out
 
     pushed = Pushed()
