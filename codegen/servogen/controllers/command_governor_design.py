@@ -50,6 +50,8 @@ class GovernorSettings:
         stroke_margin_m: the stroke is shorter by so much.
         after: the reference is the first point after those machined in a period, index l + 1 of
             (21); False: the first one machined in it, index l.
+        points_ahead: of the path, that a plan looks at: memory and comparisons against time; None:
+            as many as it can machine, M in each of its periods.
     """
 
     weights: GovernorWeights = field(default_factory=GovernorWeights)
@@ -58,6 +60,7 @@ class GovernorSettings:
     sub_step_stroke: bool = False
     stroke_margin_m: float = 0.0
     after: bool = True
+    points_ahead: int | None = None
 
 
 @dataclass(frozen=True)
@@ -88,18 +91,15 @@ class AxisGovernorDesign:
 
 @dataclass(frozen=True)
 class CommandGovernorDesign:
-    """Both axes; ``points`` M per period at the most, ``after`` as in ``GovernorSettings``."""
+    """Both axes; ``points`` M per period at the most, ``window`` points ahead that a plan looks at,
+    ``after`` as in ``GovernorSettings``."""
 
     prefix: str
     precision: Precision
     axes: tuple[AxisGovernorDesign, AxisGovernorDesign]
     points: int
+    window: int
     after: bool
-
-    @property
-    def window(self) -> int:
-        """Points ahead that a plan can use: M in each of its n + 1 periods, and the one after."""
-        return self.axes[0].program.variables * self.points + 1
 
 
 def design_axis_governor(
@@ -145,14 +145,21 @@ def design_command_governor(
         points: M, fast samples per slow period.
 
     Raises:
-        DesignError: axes that do not agree in horizon, period or precision, or M below one.
+        DesignError: axes that do not agree in horizon, period or precision, M below one, or not
+            more points ahead than M.
     """
     if points < 1:
         raise DesignError("points", points, "at least one per period")
     of_axes = [(a.horizon, a.plant.sample_time_s, a.precision.name) for a in axes]
     if of_axes[0] != of_axes[1]:
         raise DesignError("axes", f"of {of_axes}", "one horizon, period and precision")
-    return CommandGovernorDesign(prefix, axes[0].precision, axes, points, settings.after)
+    # all that its periods can take, and the one after
+    window = axes[0].program.variables * points + 1
+    if settings.points_ahead is not None:
+        if not points < settings.points_ahead:
+            raise DesignError("points_ahead", settings.points_ahead, f"more than M, {points}")
+        window = min(window, settings.points_ahead)
+    return CommandGovernorDesign(prefix, axes[0].precision, axes, points, window, settings.after)
 
 
 def _interval_ports(design: AxisGovernorDesign, names: tuple[str, str], doc: str) -> list[Port]:
@@ -310,7 +317,7 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         dimensions=(
             Dimension("ORDER", n, "states of a slow stage"),
             Dimension("POINTS", design.points, "M, points per period at the most"),
-            Dimension("WINDOW", design.window, "points ahead that a plan can use"),
+            Dimension("WINDOW", design.window, "points ahead that a plan looks at"),
             Dimension("INTERVALS", first.intervals, "periods of the plan, and all that follows"),
             Dimension("VARIABLES", first.program.variables, "commands of the plan"),
         ),
