@@ -7,14 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from servogen.controllers.arithmetic import cast, check_port
-from servogen.controllers.command_governor_design import (
+from servogen.controllers.command_governor_declaration import (
     AXES,
-    AxisGovernorDesign,
-    CommandGovernorDesign,
-    cast_rows,
     declare_axis_governor,
     declare_command_governor,
 )
+from servogen.controllers.command_governor_design import AxisGovernorDesign, CommandGovernorDesign
 from servogen.controllers.command_governor_path import IntArray, Reach, predicted_indices
 from servogen.controllers.design import Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR, state_bounds
@@ -34,7 +32,8 @@ class AxisGovernor:
         self._a_columns, self._b = cast(design.plant.a.T, p), cast(design.plant.b, p)
         self._bound = cast(state_bounds(design.plant.order, design.reach), p)
         self._start_scale = cast(1.0 / program.state_scale, p)
-        self._limit, self._moves, self._settle = cast_rows(design)
+        self._limit, self._moves = cast(program.limit, p), cast(program.position, p)
+        self._settle = cast(program.settle, p)
         self._scale = self._real(1.0 / program.scale_m)
         self._names = [port.name for port in self.declaration.operation("foresee").inputs]
         self.solver = ActiveSetSolver(design.solver)
