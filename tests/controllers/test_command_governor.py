@@ -11,7 +11,7 @@ from governed_machine import CENTRE, LIMITS, STROKE, T_S, admissible, machine, s
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servogen.controllers.command_governor import AxisGovernor
+from servogen.controllers.command_governor_axis import AxisGovernor
 from servogen.controllers.command_governor_declaration import declare_axis_governor
 from servogen.controllers.command_governor_design import (
     AxisGovernorDesign,
@@ -308,6 +308,25 @@ def _sub_step() -> tuple[np.ndarray, np.ndarray]:
     system = (a, np.array([[0.0], [0.0], [pole**3]]), np.eye(3), np.zeros((3, 1)))
     a_d, b_d, *_ = scipy.signal.cont2discrete(system, T_S / 3)
     return a_d, b_d[:, 0]
+
+
+def test_prediction_is_the_stage_under_the_command() -> None:
+    axis = AxisGovernor(axis_design())
+    names = ("position", "velocity", "acceleration")
+    point = chain(admissible(HORIZON), 2, 1)[0]
+    state = begun(axis, point)
+    axis.step(state, np.full(HORIZON + 1, 0.12), -WIDE, WIDE)
+    status, out = axis.call("predict", dict(zip(names, state, strict=True)))
+    a, b = _sub_step()
+    own = state
+    for _ in range(3):
+        own = a @ own + b * axis.plan[0]
+    assert status is Status.OK
+    np.testing.assert_allclose([out[name] for name in names], own, rtol=1e-9, atol=1e-12)
+    bad = {"position": float("nan"), "velocity": 0.0, "acceleration": 0.0}
+    status, out = axis.call("predict", bad)
+    assert status is Status.NOT_FINITE
+    np.testing.assert_array_equal([out[name] for name in names], axis.predicted)
 
 
 def test_a_push_gives_a_status_and_a_held_command() -> None:

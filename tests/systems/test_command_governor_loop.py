@@ -221,6 +221,19 @@ def test_statuses_of_the_whole() -> None:
     assert out["command_x"] == pytest.approx(0.05)
 
 
+def test_prediction_of_both_axes() -> None:
+    """From what each axis measures, and from its own model where that is no number."""
+    governor = CommandGovernor(design())
+    governor.call("reset", {"position_x": 0.05, "position_y": 0.06})
+    names = [port.name for port in governor.declaration.operation("predict").inputs]
+    inputs = dict(zip(names, [0.051, 0.0, 0.0, float("nan"), 0.0, 0.0], strict=True))
+    status, out = governor.call("predict", inputs)
+    assert status is Status.NOT_FINITE
+    assert list(out) == names
+    assert 0.05 < out["x_position"] < 0.051
+    assert (out["y_position"], out["y_velocity"]) == (0.06, 0.0)
+
+
 def test_single_precision_finishes_too() -> None:
     chosen = machine(HORIZON, GovernorSettings(), M, 3, FLOAT32)
     done = run(chosen, PATH)

@@ -139,6 +139,13 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
                 outputs=(command, iterations),
             ),
             Operation("hold", "No usable measurement: the moved plan.", outputs=(command,)),
+            Operation(
+                "predict",
+                "State at the next sample, under the command of this period.",
+                inputs=state,
+                outputs=tuple(Port(port.name, port.unit, port.doc) for port in state),
+                reads_only=True,
+            ),
         ),
         facts=iteration.facts,
     )
@@ -209,8 +216,15 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         operations=(
             Operation("reset", "Stand still at the first point.", inputs=starts),
             Operation(
+                "predict",
+                "States at the next sample: plan from them while this period lasts.",
+                inputs=states,
+                outputs=tuple(Port(port.name, port.unit, port.doc) for port in states),
+                reads_only=True,
+            ),
+            Operation(
                 "step",
-                "Plan from the measured state and give the commands and points of this period.",
+                "Plan from the state at a sample: the commands and points of the period it begins.",
                 inputs=(*states, *path_ports(design)),
                 outputs=tuple(outputs),
             ),
