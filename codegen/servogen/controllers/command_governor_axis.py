@@ -1,4 +1,4 @@
-"""One axis of the extended command governor (17), step by step; see ``command_governor_program``."""
+"""One axis of the extended command governor (17), step by step; see its program for the rows."""
 
 from __future__ import annotations
 
