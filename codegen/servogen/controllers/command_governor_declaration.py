@@ -90,8 +90,10 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
         ),
         constants=(
             Constant("position_scale", 1.0 / program.scale_m, "1/m: positions to rows"),
+            Constant("unit", program.scale_m, "m: rows to positions"),
             Constant("centre", program.centre_m, "m: middle of the position range"),
-            Constant("stroke", program.stroke_m, "m: fast stage range used"),
+            Constant("in_reach", design.in_reach, "share of it in which a point is in reach"),
+            Constant("farthest", design.farthest, "shares: no two positions are so far apart"),
             Constant("settle", float(program.settle[-1]), "share by which it is shorter for rho"),
             Constant("command_limit", far, "m: no command beyond it"),
             Constant("margin", tol.margin, "the bounds are drawn in by this share"),
@@ -204,7 +206,10 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
             Dimension("INTERVALS", first.intervals, "periods of the plan, and all that follows"),
             Dimension("VARIABLES", first.program.variables, "commands of the plan"),
         ),
-        constants=(),
+        constants=tuple(
+            Constant(f"stroke_{axis}", part.program.stroke_m, f"m: fast stage range used, {axis}")
+            for axis, part in both
+        ),
         tables=(),
         state=(
             *(StateField(f"last_{axis}", "the last point machined, m") for axis in AXES),

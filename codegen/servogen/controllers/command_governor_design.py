@@ -17,6 +17,7 @@ from servogen.controllers.command_governor_program import (
     governor_program,
 )
 from servogen.controllers.errors import DesignError
+from servogen.controllers.mpc_design import POSITION_FACTOR
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import Precision
 from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
@@ -73,6 +74,17 @@ class AxisGovernorDesign:
     def intervals(self) -> int:
         """n + 2: those of the plan, and all that follows."""
         return self.program.variables + 1
+
+    @property
+    def in_reach(self) -> float:
+        """Share of the fast stage's range in which a point is in reach of a plan: the stroke, drawn
+        in as the bounds are that are made of the points."""
+        return self.program.stroke_m * (1.0 / self.program.scale_m) - self.tol.margin
+
+    @property
+    def farthest(self) -> float:
+        """Of positions from one another, in shares of that range: more than any two."""
+        return 4.0 * POSITION_FACTOR * self.reach.position_m / self.program.scale_m
 
 
 @dataclass(frozen=True)
