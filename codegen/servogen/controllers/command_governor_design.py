@@ -20,7 +20,7 @@ from servogen.controllers.errors import DesignError
 from servogen.controllers.mpc_design import POSITION_FACTOR
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import Precision
-from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
+from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
 from servogen.qp.tolerances import QpTolerances, tolerances
 from servogen.sets.constraints import AxisLimits
 from servogen.sets.extended import ExtendedSet
