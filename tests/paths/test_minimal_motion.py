@@ -29,11 +29,12 @@ from servogen.paths.taut_string import heights_along, taut_string
 
 Array = NDArray[np.float64]
 Ends = tuple[float | None, float | None]
-KINDS = ("walk", "noise", "steps", "narrow", "figures")
+KINDS = ("walk", "noise", "steps", "narrow", "lattice", "figures")
 
 
 def random_tube(kind: str, n: int, seed: int) -> tuple[Array, Array]:
-    """Bounds of order one around a path of its kind; of ``narrow`` some have no width at all."""
+    """Bounds of order one around a path of its kind; of ``narrow`` some have no width at all,
+    of ``lattice`` many lie in one line."""
     rng = np.random.default_rng(seed)
     width = 0.5
     match kind:
@@ -46,6 +47,9 @@ def random_tube(kind: str, n: int, seed: int) -> tuple[Array, Array]:
         case "narrow":
             path = np.cumsum(rng.normal(size=n)) * 0.2
             width = rng.choice([0.0, 1e-6, 0.1, 1.0], n)
+        case "lattice":
+            path = np.cumsum(rng.integers(-1, 2, n)).astype(float)
+            return path - rng.integers(0, 2, n), path + rng.integers(0, 3, n)
         case _:
             t = np.arange(n)
             path = np.sin(0.3 * t) + 1.5 * np.sin(0.05 * t + rng.normal())
@@ -299,6 +303,15 @@ def test_the_shortest_paths_and_tubes_of_no_width() -> None:
     wire = np.array([0.0, 0.0, 1.0, -2.0, -2.0])
     assert minimal_motion(wire, wire).tolist() == wire.tolist()
     assert minimal_motion(wire, wire, start=0.0, end=-2.0).tolist() == wire.tolist()
+
+
+def test_lines_that_are_straight_but_for_rounding_are_followed_to_the_last_bit() -> None:
+    """Here the string leaves the tube by a bit or two, and is put back."""
+    for seed in range(20):
+        rise, begin = np.random.default_rng(seed).normal(size=2)
+        line = rise * np.arange(1000) + begin
+        for wire in (line, np.tile(line, 1 + SHORT // 1000)):
+            assert minimal_motion(wire, wire).tolist() == wire.tolist()
 
 
 def test_the_picture_of_the_docstring() -> None:
