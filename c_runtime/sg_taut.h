@@ -7,7 +7,7 @@
  * last: the upper one is the greatest convex line below the upper bounds, the lower one the least
  * concave line above the lower bounds. Where a new bound crosses the other chain the apex moves on. A
  * point enters each chain once and leaves it once, so sg_taut_turn is called at most four times for
- * each point.
+ * each point, and no chain holds more than all of them.
  *
  * Slopes are compared by multiplying crosswise: places are whole numbers, so a comparison is wrong only
  * where the slopes agree but for rounding, and costs no division.
@@ -47,35 +47,51 @@ static inline void sg_taut_begin(sg_real start, sg_taut *s)
     s->lower.tail = 0;
 }
 
+/* An element of a chain. Places are those of points, and a chain has no more elements than there are
+ * points: see above. */
+static inline int32_t sg_taut_place(int32_t size, const int32_t *places, int32_t at)
+{
+    return sg_bound_count(places[sg_bound_count(at, 0, size - 1)], 0, size - 1);
+}
+
+/* Rise between two heights times the run from `begin` to `end`: what slopes are compared by. */
+static inline sg_real sg_taut_cross(sg_real from, sg_real to, int32_t begin, int32_t end)
+{
+    const int32_t run = end - begin;
+    return (to - from) * (sg_real)run;
+}
+
 /*
  * One change for the bound `own[point]`: the last of its own chain leaves, the apex moves along the
  * chain `across`, or, with 1 returned, the bound enters its chain and is done with. `sign` is 1 for an
  * upper bound, -1 for a lower.
  */
-static inline int32_t sg_taut_change(sg_real sign, const sg_real *own, const sg_real *other,
-                                     int32_t *places, const int32_t *places_across, sg_chain *chain,
+static inline int32_t sg_taut_change(int32_t size, sg_real sign, const sg_real *own,
+                                     const sg_real *other, int32_t *places,
+                                     const int32_t *places_across, sg_chain *chain,
                                      sg_chain *across, sg_taut *s)
 {
-    const sg_real value = own[s->point];
+    const int32_t point = sg_bound_count(s->point, 0, size - 1); /* as long as there are any */
+    const sg_real value = own[point];
     int32_t entered = 1;
     if (chain->head < chain->tail) {
-        const int32_t last = places[chain->tail - 1];
+        const int32_t last = sg_taut_place(size, places, chain->tail - 1);
         int32_t base = s->apex;
         sg_real from = s->height;
         if ((chain->tail - chain->head) > 1) {
-            base = places[chain->tail - 2];
+            base = sg_taut_place(size, places, chain->tail - 2);
             from = own[base];
         }
-        const sg_real to_last = (own[last] - from) * (sg_real)(s->point - base);
-        const sg_real to_here = (value - from) * (sg_real)(last - base);
+        const sg_real to_last = sg_taut_cross(from, own[last], base, point);
+        const sg_real to_here = sg_taut_cross(from, value, base, last);
         if ((sign * to_last) >= (sign * to_here)) {
             chain->tail -= 1;
             entered = 0;
         }
     } else if (across->head < across->tail) {
-        const int32_t next = places_across[across->head];
-        const sg_real to_next = (other[next] - s->height) * (sg_real)(s->point - s->apex);
-        const sg_real to_here = (value - s->height) * (sg_real)(next - s->apex);
+        const int32_t next = sg_taut_place(size, places_across, across->head);
+        const sg_real to_next = sg_taut_cross(s->height, other[next], s->apex, point);
+        const sg_real to_here = sg_taut_cross(s->height, value, s->apex, next);
         if ((sign * to_next) > (sign * to_here)) {
             s->apex = next;
             s->height = other[next];
@@ -86,22 +102,24 @@ static inline int32_t sg_taut_change(sg_real sign, const sg_real *own, const sg_
         /* the first point */
     }
     if (entered == 1) {
-        places[chain->tail] = s->point;
-        chain->tail += 1;
+        const int32_t end = sg_bound_count(chain->tail, 0, size - 1);
+        places[end] = point;
+        chain->tail = end + 1;
     }
     return entered;
 }
 
-/* One change; returns 1 where the apex has moved. `high` and `low` have room for every place. */
-static inline int32_t sg_taut_turn(const sg_real *lower, const sg_real *upper, int32_t *low,
-                                   int32_t *high, sg_taut *s)
+/* One change, while there are points left to look at; returns 1 where the apex has moved. `high` and
+ * `low` have room for every place. */
+static inline int32_t sg_taut_turn(int32_t size, const sg_real *lower, const sg_real *upper,
+                                   int32_t *low, int32_t *high, sg_taut *s)
 {
     const int32_t before = s->apex;
     if (s->side == 0) {
-        s->side = sg_taut_change((sg_real)1, upper, lower, high, low, &s->upper, &s->lower, s);
+        s->side = sg_taut_change(size, (sg_real)1, upper, lower, high, low, &s->upper, &s->lower, s);
     } else {
-        const int32_t entered =
-            sg_taut_change((sg_real)-1, lower, upper, low, high, &s->lower, &s->upper, s);
+        const int32_t entered = sg_taut_change(size, (sg_real)-1, lower, upper, low, high, &s->lower,
+                                               &s->upper, s);
         s->side = 1 - entered;
         s->point += entered;
     }
@@ -109,24 +127,25 @@ static inline int32_t sg_taut_turn(const sg_real *lower, const sg_real *upper, i
 }
 
 /* Whether a chain leads from the apex away: down for the upper (`sign` 1), up for the lower (-1). */
-static inline int32_t sg_taut_leads(sg_real sign, const sg_real *own, const int32_t *places,
-                                    const sg_chain *chain, sg_real height)
+static inline int32_t sg_taut_leads(int32_t size, sg_real sign, const sg_real *own,
+                                    const int32_t *places, const sg_chain *chain, sg_real height)
 {
     int32_t leads = 0;
     if (chain->head < chain->tail) {
-        leads = ((sign * own[places[chain->head]]) < (sign * height)) ? 1 : 0;
+        const sg_real next = own[sg_taut_place(size, places, chain->head)];
+        leads = ((sign * next) < (sign * height)) ? 1 : 0;
     }
     return leads;
 }
 
 /* Where the bounds end the string ends level: which chain it follows until then, 0 if none. */
-static inline int32_t sg_taut_way(const sg_real *lower, const sg_real *upper, const int32_t *low,
-                                  const int32_t *high, const sg_taut *s)
+static inline int32_t sg_taut_way(int32_t size, const sg_real *lower, const sg_real *upper,
+                                  const int32_t *low, const int32_t *high, const sg_taut *s)
 {
     int32_t way = 0;
-    if (sg_taut_leads((sg_real)1, upper, high, &s->upper, s->height) == 1) {
+    if (sg_taut_leads(size, (sg_real)1, upper, high, &s->upper, s->height) == 1) {
         way = 1;
-    } else if (sg_taut_leads((sg_real)-1, lower, low, &s->lower, s->height) == 1) {
+    } else if (sg_taut_leads(size, (sg_real)-1, lower, low, &s->lower, s->height) == 1) {
         way = -1;
     } else {
         /* level from here on */
@@ -134,35 +153,51 @@ static inline int32_t sg_taut_way(const sg_real *lower, const sg_real *upper, co
     return way;
 }
 
-/* The apex moves along that chain, or, where it turns back, level to the last point. */
-static inline void sg_taut_close(int32_t way, int32_t last, const sg_real *lower,
+/* The apex moves along a chain; returns 0 where that does not lead away any more. */
+static inline int32_t sg_taut_along(int32_t size, sg_real sign, const sg_real *own,
+                                    const int32_t *places, sg_chain *chain, sg_taut *s)
+{
+    const int32_t leads = sg_taut_leads(size, sign, own, places, chain, s->height);
+    if (leads == 1) {
+        s->apex = sg_taut_place(size, places, chain->head);
+        s->height = own[s->apex];
+        chain->head += 1;
+    }
+    return leads;
+}
+
+/* The apex moves along the chain of that way, or, where it turns back, level to the last point. */
+static inline void sg_taut_close(int32_t size, int32_t way, int32_t last, const sg_real *lower,
                                  const sg_real *upper, const int32_t *low, const int32_t *high,
                                  sg_taut *s)
 {
-    if ((way == 1) && (sg_taut_leads((sg_real)1, upper, high, &s->upper, s->height) == 1)) {
-        s->apex = high[s->upper.head];
-        s->height = upper[s->apex];
-        s->upper.head += 1;
-    } else if ((way == -1) && (sg_taut_leads((sg_real)-1, lower, low, &s->lower, s->height) == 1)) {
-        s->apex = low[s->lower.head];
-        s->height = lower[s->apex];
-        s->lower.head += 1;
-    } else {
+    int32_t moved = 0;
+    if (way == 1) {
+        moved = sg_taut_along(size, (sg_real)1, upper, high, &s->upper, s);
+    }
+    if (way == -1) {
+        moved = sg_taut_along(size, (sg_real)-1, lower, low, &s->lower, s);
+    }
+    if (moved == 0) {
         s->apex = last;
     }
 }
 
-/* Rise per point between two knots. */
-static inline sg_real sg_taut_slope(int32_t from, sg_real begin, int32_t to, sg_real end)
+/* Rise per point between two knots, the second after the first. */
+static inline sg_real sg_taut_slope(int32_t size, int32_t from, sg_real begin, int32_t to,
+                                    sg_real end)
 {
-    return SG_DIVIDE(end - begin, (sg_real)(to - from));
+    const int32_t run = sg_bound_count(to - from, 1, size);
+    const sg_real rise = end - begin;
+    return SG_DIVIDE(rise, (sg_real)run);
 }
 
 /* The string between two knots, exactly the second's height at its place, never beyond the tube. */
 static inline sg_real sg_taut_at(int32_t i, int32_t from, sg_real begin, int32_t to, sg_real end,
                                  sg_real slope, sg_real lower, sg_real upper)
 {
-    const sg_real between = begin + (slope * (sg_real)(i - from));
+    const int32_t run = i - from;
+    const sg_real between = begin + (slope * (sg_real)run);
     return sg_clamp((i == to) ? end : between, lower, upper);
 }
 

@@ -9,11 +9,11 @@ typedef double sg_real;
 #include "../sg_taut.h"
 
 /* The points after `from` up to the apex, x of them. */
-static void fill(int32_t from, double begin, const sg_taut *s, const double *lower,
+static void fill(int32_t n, int32_t from, double begin, const sg_taut *s, const double *lower,
                  const double *upper, double *x)
 {
     const int32_t to = s->apex;
-    const double slope = sg_taut_slope(from, begin, to, s->height);
+    const double slope = sg_taut_slope(n, from, begin, to, s->height);
     for (int32_t i = from + 1; i <= to; i++) {
         x[i] = sg_taut_at(i, from, begin, to, s->height, slope, lower[i], upper[i]);
     }
@@ -33,18 +33,18 @@ int32_t sg_minimal_motion(int32_t n, const double *lower, const double *upper, d
     sg_taut_begin(start, &s);
     while (s.point < n) {
         const int32_t seen = s.point;
-        if (sg_taut_turn(lower, upper, low, high, &s) == 1) {
-            fill(from, begin, &s, lower, upper, x);
+        if (sg_taut_turn(n, lower, upper, low, high, &s) == 1) {
+            fill(n, from, begin, &s, lower, upper, x);
             ahead = ((seen - (from + 1)) > ahead) ? (seen - (from + 1)) : ahead;
             from = s.apex;
             begin = s.height;
         }
     }
     ahead = ((n - 2 - from) > ahead) ? (n - 2 - from) : ahead;
-    const int32_t way = sg_taut_way(lower, upper, low, high, &s);
+    const int32_t way = sg_taut_way(n, lower, upper, low, high, &s);
     while (from < (n - 1)) {
-        sg_taut_close(way, n - 1, lower, upper, low, high, &s);
-        fill(from, begin, &s, lower, upper, x);
+        sg_taut_close(n, way, n - 1, lower, upper, low, high, &s);
+        fill(n, from, begin, &s, lower, upper, x);
         from = s.apex;
         begin = s.height;
     }
