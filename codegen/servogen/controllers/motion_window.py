@@ -121,5 +121,7 @@ class MotionWindow:
         references = heights_along(knots, self.lower, self.upper, needed, self._real)
         self.last = references[-1]
         settled = knots.places[knots.decided - 1] + 1
+        if self.lower[0] >= self.upper[0]:  # as the first point's are
+            settled = max(settled, 1)
         del self.lower[:needed], self.upper[:needed]
         return references, needed if self.over else min(settled, needed)

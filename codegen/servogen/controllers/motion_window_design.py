@@ -6,11 +6,17 @@ around all points that wait, with a level end, and hands out its beginning.
 
 How far ahead it must see. A reference is settled, whatever comes, once the funnel's apex has passed
 it; ``paths.minimal_motion.look_ahead`` says for a path how many points that takes at the most. A
-window at least as long gives the motion of the whole path. A shorter one goes level where nothing
-asks for more yet and comes late to what it has not seen, so it covers more distance in steeper
-pieces; it is always inside the tube, as a string begins inside it and ends level inside it, and the
-next point has no bound to keep but its own. ``n_decided`` tells how many of the references that go
-out no further point could have changed.
+window at least as long gives the motion of the whole path; ``n_decided`` tells how many of the
+references that go out no further point could have changed.
+
+What a shorter window keeps. The tube, always: the string begins inside and ends level inside, and
+the next point has no bound to keep but its own. And, but for a last piece to an end that is not
+free, the least distance of (20): from a point x the least that is left to cover is a constant and
+the distance of x from an interval, which only shrinks, each within the last, as more of the path is
+known; so what a window asks for is on the way to what the whole path asks for.
+
+What it loses is what makes the taut string one of many: it stands still until something in sight
+asks it to move, closer to the envelope and for longer, and makes up for it in steeper pieces.
 
 One block is one funnel: at most four changes for each of the WINDOW + BLOCK points. That costs the
 least a point where blocks are long, and a call has the same worst case as a call that keeps the
