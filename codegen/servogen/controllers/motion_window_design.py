@@ -10,10 +10,11 @@ window at least as long gives the motion of the whole path; ``n_decided`` tells 
 references that go out no further point could have changed.
 
 What a shorter window keeps. The tube, always: the string begins inside and ends level inside, and
-the next point has no bound to keep but its own. And, but for a last piece to an end that is not
-free, the least distance of (20): from a point x the least that is left to cover is a constant and
-the distance of x from an interval, which only shrinks, each within the last, as more of the path is
-known; so what a window asks for is on the way to what the whole path asks for.
+the next point has no bound to keep but its own. And the least distance of (20): from a point x the
+least that is left to cover is a constant and the distance of x from an interval, which only
+shrinks, each within the last, as more of the path is known; so what a window asks for is on the way
+to what the whole path asks for. An end that is fixed and not in sight costs at most the width of
+the tube twice: once for where the motion was led, once for the way back.
 
 What it loses is what makes the taut string one of many: it stands still until something in sight
 asks it to move, closer to the envelope and for longer, and makes up for it in steeper pieces.
