@@ -66,12 +66,11 @@ static inline sg_real sg_taut_cross(sg_real from, sg_real to, int32_t begin, int
  * chain `across`, or, with 1 returned, the bound enters its chain and is done with. `sign` is 1 for an
  * upper bound, -1 for a lower.
  */
-static inline int32_t sg_taut_change(int32_t size, sg_real sign, const sg_real *own,
+static inline int32_t sg_taut_change(int32_t size, int32_t point, sg_real sign, const sg_real *own,
                                      const sg_real *other, int32_t *places,
                                      const int32_t *places_across, sg_chain *chain,
                                      sg_chain *across, sg_taut *s)
 {
-    const int32_t point = sg_bound_count(s->point, 0, size - 1); /* as long as there are any */
     const sg_real value = own[point];
     int32_t entered = 1;
     if (chain->head < chain->tail) {
@@ -115,13 +114,15 @@ static inline int32_t sg_taut_turn(int32_t size, const sg_real *lower, const sg_
                                    int32_t *low, int32_t *high, sg_taut *s)
 {
     const int32_t before = s->apex;
+    const int32_t point = sg_bound_count(s->point, 0, size - 1); /* as there are points left */
     if (s->side == 0) {
-        s->side = sg_taut_change(size, (sg_real)1, upper, lower, high, low, &s->upper, &s->lower, s);
+        s->side = sg_taut_change(size, point, (sg_real)1, upper, lower, high, low, &s->upper,
+                                 &s->lower, s);
     } else {
-        const int32_t entered = sg_taut_change(size, (sg_real)-1, lower, upper, low, high, &s->lower,
-                                               &s->upper, s);
+        const int32_t entered = sg_taut_change(size, point, (sg_real)-1, lower, upper, low, high,
+                                               &s->lower, &s->upper, s);
         s->side = 1 - entered;
-        s->point += entered;
+        s->point = point + entered;
     }
     return (s->apex > before) ? 1 : 0;
 }
@@ -159,9 +160,10 @@ static inline int32_t sg_taut_along(int32_t size, sg_real sign, const sg_real *o
 {
     const int32_t leads = sg_taut_leads(size, sign, own, places, chain, s->height);
     if (leads == 1) {
-        s->apex = sg_taut_place(size, places, chain->head);
+        const int32_t head = sg_bound_count(chain->head, 0, size - 1);
+        s->apex = sg_taut_place(size, places, head);
         s->height = own[s->apex];
-        chain->head += 1;
+        chain->head = head + 1;
     }
     return leads;
 }

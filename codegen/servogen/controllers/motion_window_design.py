@@ -107,7 +107,7 @@ def declare_motion_window(design: MotionWindowDesign) -> Declaration:
             Dimension("BLOCK", block, "points of a call at the most"),
             Dimension("ROOM", design.room, "points that can wait"),
             Dimension("KNOTS", block + 1, "of the string in a block, with its beginning"),
-            Dimension("TURNS", TURNS_PER_POINT * design.room, "changes of a funnel at the most"),
+            Dimension("TURNS", TURNS_PER_POINT, "changes of a funnel for each of them at the most"),
         ),
         constants=(
             Constant("reach", design.reach_m, "m: half width of the tube"),
