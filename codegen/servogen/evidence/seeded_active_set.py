@@ -77,9 +77,7 @@ ACTIVE_SET_FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a set that contradicts", "state not reset", "@p_mpc.c",
-        "        self->size = 0; /* rows that contradict are no beginning for another program */\n"
-        "    }\n    if (status == SG_INFEASIBLE) {\n        self->size = 0;\n    }\n",
-        "    }\n",
+        "(status == SG_OK) ? 0 : (lost + stalled);", "0;",
         "the program after one that no plan solves begins with rows that cannot hold together",
     ),
 )  # fmt: skip
