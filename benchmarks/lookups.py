@@ -3,9 +3,10 @@
     python benchmarks/lookups.py [--quick] [--only NAME ...] [-o FOLDER]
 
 Counts instructions per call with valgrind's callgrind, judges every move against the program solved
-in float64, and writes a table, lookups.json, lookups.md and lookups.html. Status 1 where a promise
-is broken or a tool is missing, 2 where nothing was measured. ``--quick`` and ``--only`` are for
-trying it out: then no promise is judged, and the files are named lookups_part.
+in float64, and writes a table, lookups.json, lookups.md and lookups.html. Status 0 where all
+promises are kept, 1 where one is broken or was not measured or a tool is missing, 2 where nothing
+has the name given. ``--quick`` and ``--only`` are for trying it out: then no promise is judged, and
+the files are named lookups_part.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ import numpy as np
 import plotly.graph_objects as go
 from lookup.contenders import BEATEN, CHOSEN, CONTENDERS, OWN, Explicit
 from lookup.programs import programs
+from qp.chosen import UnknownName
 from qp.counted import COMPILER, FLAGS, Measured, PeerFailed
 from qp.document import lookup_parts
-from qp.promises import Promise, as_rows
+from qp.promises import Promise, as_rows, status
 from qp.told import numbers, show_promises, write, write_json
 from qp.tolerance import ACCURACY
 from rich.console import Console
@@ -146,7 +148,10 @@ def main() -> int:
     reader = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     reader.add_argument("-o", "--output", type=Path, default=Path("out/bench"))
     reader.add_argument("--quick", action="store_true", help="short horizons")
-    reader.add_argument("--only", nargs="+", default=[], help="programs whose names begin so")
+    reader.add_argument(
+        "--only", nargs="+", default=[], metavar="NAME",
+        help="programs: whole names, or what names begin with before an underscore",
+    )  # fmt: skip
     given = reader.parse_args()
     for tool in (COMPILER, "valgrind", "nm"):
         if shutil.which(tool) is None:
@@ -155,6 +160,9 @@ def main() -> int:
     given.output.mkdir(parents=True, exist_ok=True)
     try:
         return compare(given.output, given.quick, tuple(given.only))
+    except UnknownName as unknown:
+        print(f"{reader.prog}: {unknown}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("broken off: nothing written")
         return 130
@@ -171,9 +179,6 @@ def compare(output: Path, quick: bool, only: tuple[str, ...]) -> int:
         results[program.name] = found
         told.append(as_json(given, found, failed))
         show(told[-1], console)
-    if not results:
-        print("no program of that name")
-        return 2
     whole = not (quick or only)
     made = promises(results) if whole else []
     show_promises(made, console)
@@ -192,7 +197,7 @@ def compare(output: Path, quick: bool, only: tuple[str, ...]) -> int:
     plot(told, output / f"{name}.html")
     minutes = (time.monotonic() - begin) / 60.0
     console.print(f"{output / name}.json, .md, .html: {minutes:.1f} minutes", highlight=False)
-    return 0 if all(promise.kept for promise in made) else 1
+    return status(made)
 
 
 if __name__ == "__main__":

@@ -4,9 +4,10 @@
 
 Counts instructions per solve with valgrind's callgrind, clocks the same program without it, judges
 every answer against a reference optimum, and writes a table, qp.json, qp.md and qp_growth.html.
-Status 1 where a promise is broken or a tool is missing, 2 where nothing was measured;
-docs/benchmarks.md says what each number is. ``--quick`` and ``--only`` are for trying it out: then
-no promise is judged, and the files are named qp_part.
+Status 0 where all promises are kept, 3 where those are broken that ``qp/unreached.py`` admits and
+none is worse than it says, 1 where another one is or was not measured or a tool is missing, 2 where
+nothing was measured or has the name given; docs/benchmarks.md says what each number is. ``--quick``
+and ``--only`` are for trying it out: then no promise is judged, and the files are named qp_part.
 """
 
 from __future__ import annotations
@@ -23,16 +24,18 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from qp.chosen import UnknownName
 from qp.counted import COMPILER, FLAGS, PLUS, Measured, PeerFailed
 from qp.document import qp_parts
 from qp.libraries import TINYMPC, TINYMPC_VERSION, replaced_by
 from qp.peers import COUNTED, DAQP
-from qp.promises import as_rows, promises
+from qp.promises import as_rows, promises, status
 from qp.sequence import Sequence
-from qp.suite import TIGHT, Missing, suite
+from qp.suite import FULL, Missing, suite
 from qp.timed import TIMED, timed
 from qp.told import as_json, growth, plot, show, show_promises, write, write_json
 from qp.tolerance import TOLERANCE
+from qp.unreached import UNREACHED
 from rich.console import Console
 
 PACKAGES = ("daqp", "osqp", "casadi", "piqp", "proxsuite", "quadprog", "qpmpc")
@@ -87,6 +90,7 @@ def main() -> int:
         "--only",
         nargs="+",
         default=[],
+        metavar="NAME",
         help="sequences: whole names, or what names begin with before an underscore",
     )
     given = reader.parse_args()
@@ -102,6 +106,9 @@ def main() -> int:
     given.output.mkdir(parents=True, exist_ok=True)
     try:
         return compare(given.output, given.quick, tuple(given.only))
+    except UnknownName as unknown:
+        print(f"{reader.prog}: {unknown}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("broken off: nothing written")
         return 130
@@ -121,14 +128,14 @@ def compare(output: Path, quick: bool, only: tuple[str, ...]) -> int:
             told.append(as_json(sequence, found, failed | NOT_RUN))
         show(told[-1], console)
     if not results:
-        print("no sequence of that name could be measured")
+        print("no sequence could be measured")
         return 2
     whole = not (quick or only)
-    made = promises(results, tuple(f"tight_{velocity:g}" for velocity in TIGHT)) if whole else []
+    made = promises(results, FULL, UNREACHED) if whole else []
     show_promises(made, console)
     seconds = time.monotonic() - begin
     written = {
-        "schema": "servogen.bench.qp/2",
+        "schema": "servogen.bench.qp/3",
         "whole": whole,
         "seconds": round(seconds),
         "versions": versions(),
@@ -145,7 +152,7 @@ def compare(output: Path, quick: bool, only: tuple[str, ...]) -> int:
     if lines.get(DAQP):
         plot(lines, output / f"{name}_growth.html")
     console.print(f"{output / name}.json, .md: {seconds / 60.0:.1f} minutes", highlight=False)
-    return 0 if all(promise.kept for promise in made) else 1
+    return status(made)
 
 
 if __name__ == "__main__":

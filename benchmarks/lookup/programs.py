@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from explicit_problems import double_integrator
+from qp.chosen import chosen
 from qp.sequence import Array, Sequence, two_sided
 
 from qp import servo
@@ -64,20 +66,28 @@ class Program:
 
 
 def programs(quick: bool = False, only: tuple[str, ...] = ()) -> Iterator[Program]:
-    """``only``: beginnings of names, or all."""
-    drive = servo.drive()
-    for moves in MOVES[:3] if quick else MOVES:
-        if only and not f"servo_drive_{moves}".startswith(only):
-            continue
-        extension = "zero_order" if moves == 1 else "first_order"
-        problem = tracking_problem(drive, trajectory=moves, extension=extension)
-        yield _driven(moves, problem.qp, servo.parameters(drive, problem))
+    """
+    Args:
+        quick: short horizons, for trying the benchmark out.
+        only: see ``chosen``.
+
+    Raises:
+        UnknownName: there is nothing of a name in ``only``; before anything is made.
+    """
     horizon = 3 if quick else 5
-    if not only or f"double_integrator_{horizon}".startswith(only):
-        yield _integrated(horizon)
+    makers: dict[str, Callable[[], Program]] = {
+        f"servo_drive_{moves}": partial(_driven, moves) for moves in (MOVES[:3] if quick else MOVES)
+    }
+    makers[f"double_integrator_{horizon}"] = partial(_integrated, horizon)
+    wanted = chosen(makers, only)
+    return (make() for name, make in makers.items() if name in wanted)
 
 
-def _driven(moves: int, qp: ParametricQP, loop: Array) -> Program:
+def _driven(moves: int) -> Program:
+    drive = servo.drive()
+    extension = "zero_order" if moves == 1 else "first_order"
+    problem = tracking_problem(drive, trajectory=moves, extension=extension)
+    qp, loop = problem.qp, servo.parameters(drive, problem)
     rng = np.random.default_rng(moves)
     half = BEYOND * np.max(np.abs(loop), axis=0)
     scale = 10.0 ** rng.uniform(-2.0, 0.0, (DRAWN, 1))

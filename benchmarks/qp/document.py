@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from qp.peers import DAQP
+from qp.peers import COLUMNS, DAQP, STAGES
 from qp.timed import BASE
+from qp.unreached import UNREACHED
 
 Told = Mapping[str, Any]
 # Sequences whose tables are shown whole.
@@ -53,6 +54,8 @@ def qp_parts(told: Told) -> dict[str, str]:
         "growth": _growth(sequences),
         "missing": _missing(told["sequences"]),
         "promises": promises(told),
+        "reported": reported(told),
+        "unreached": unreached(told),
     }
 
 
@@ -63,17 +66,54 @@ def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def promises(told: Told) -> str:
+    """What was promised; what is only reported has a table of its own."""
     return table(
         ("promise", "at most", "found", ""),
         (
             (
-                each["promise"], f"{each['limit']:g}",
-                "not measured" if each["found"] is None else f"{each['found']:.4g}",
+                each["promise"], f"{each['limit']:g}", _found(each),
                 "kept" if each["kept"] else "**broken**",
             )
-            for each in told["promises"]
+            for each in told["promises"] if each.get("promised", True)
         ),
     )  # fmt: skip
+
+
+def _found(promise: Told) -> str:
+    return "not measured" if promise["found"] is None else f"{promise['found']:.4g}"
+
+
+def reported(told: Told) -> str:
+    """Of every sequence both forms' three numbers, those beyond their limits marked."""
+    cells: dict[str, dict[str, list[str]]] = {}
+    for each in told["promises"]:
+        if each["sequence"]:
+            found = "-" if each["found"] is None else f"{each['found']:.3f}"
+            over = each["found"] is not None and not each["kept"]
+            words = cells.setdefault(each["sequence"], {}).setdefault(each["solver"], [])
+            words.append(f"**{found}**" if over else found)
+    forms = (STAGES, COLUMNS)
+    return table(
+        ("sequence", *forms),
+        (
+            (f"`{name}`", *(", ".join(own[form]) if form in own else "-" for form in forms))
+            for name, own in cells.items()
+        ),
+    )
+
+
+def unreached(told: Told) -> str:
+    """What the form that fits does not reach, whether promised or not, and why."""
+    lines = []
+    for each in told["promises"]:
+        if each["sequence"] and each["fits"] and not each["kept"]:
+            why = UNREACHED.get((each["sequence"], each["how"]))
+            lines.append((
+                f"`{each['sequence']}`", each["solver"].removeprefix("servogen, "), each["how"],
+                f"{each['limit']:g}", _found(each), "yes" if each["promised"] else "no",
+                "not looked into" if why is None else why.why,
+            ))  # fmt: skip
+    return table(("sequence", "form", "by DAQP's", "at most", "found", "promised", "why"), lines)
 
 
 def _versions(told: Told) -> str:

@@ -86,9 +86,9 @@ def column_design(sequence: Sequence) -> tuple[QpSolverDesign, Sequence]:
     given, bounds = simple_bounds_first(sequence)
     inputs = sequence.plant.inputs if sequence.plant is not None and bounds else 0
     per_step = sequence.per_step - inputs if given.count > bounds else 0
+    staying = min(sequence.staying, given.count - bounds)  # of rows that are no bounds
     design = design_qp_solver(
-        "sgq", DOUBLE, given.hessian, given.rows, CAP, TOLERANCE, per_step, sequence.staying,
-        bounds, inputs,
+        "sgq", DOUBLE, given.hessian, given.rows, CAP, TOLERANCE, per_step, staying, bounds, inputs
     )  # fmt: skip
     return design, given
 

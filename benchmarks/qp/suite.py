@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from qp import literature, machine, packages, published, servo
+from qp.chosen import chosen
 from qp.counted import PeerFailed
 from qp.sequence import Sequence, with_optima
 
 HORIZONS = (5, 10, 20, 30, 50)
 MOVES = (1, 2, 3, 5, 10)
 TIGHT = (0.02, 0.1)
+# Those of 20 variables whose working sets reach 19 of them.
+FULL = (*(f"tight_{velocity:g}" for velocity in TIGHT), "afti16_10")
 # Programs of a sequence that no promise is about.
 STEPS = 300
 
@@ -35,10 +38,18 @@ def suite(
     Args:
         folder: for sources of packages.
         quick: short ones of each kind, for trying the benchmark out.
-        only: names, or what names begin with before an underscore; or all.
+        only: see ``chosen``.
+
+    Raises:
+        UnknownName: there is nothing of a name in ``only``; before anything is made.
     """
     made = tuple(_makers(folder, quick))
-    wanted = chosen([name for names, _ in made for name in names], only)
+    return _sequences(made, chosen([name for names, _ in made for name in names], only))
+
+
+def _sequences(
+    made: tuple[tuple[tuple[str, ...], Makes], ...], wanted: frozenset[str]
+) -> Iterator[Sequence | Missing]:
     for names, make in made:
         if wanted.isdisjoint(names):
             continue
@@ -50,19 +61,6 @@ def suite(
         for sequence in found:
             if sequence.name in wanted:
                 yield with_optima(sequence)
-
-
-def chosen(names: Iterable[str], only: tuple[str, ...]) -> frozenset[str]:
-    """The names asked for: a whole name is that one alone, another word what begins with it and
-    an underscore; all where nothing is asked for."""
-    all_names = frozenset(names)
-    if not only:
-        return all_names
-    found: set[str] = set()
-    for word in only:
-        begin = word.rstrip("_") + "_"
-        found |= {word} & all_names or {name for name in all_names if name.startswith(begin)}
-    return frozenset(found)
 
 
 def _makers(folder: Path, quick: bool) -> Iterator[tuple[tuple[str, ...], Makes]]:

@@ -118,8 +118,12 @@ def show(told: Mapping[str, Any], console: Console) -> None:
 
 
 def show_promises(made: list[Promise], console: Console) -> None:
+    """All promises; of what is only reported, what does not hold."""
     for promise in made:
-        console.print(promise.sentence(), style="" if promise.kept else "red", highlight=False)
+        if promise.promised or not promise.kept:
+            alarm = "red" if promise.promised else "yellow"
+            style = "" if promise.kept else alarm
+            console.print(promise.sentence(), style=style, highlight=False, soft_wrap=True)
 
 
 def growth(

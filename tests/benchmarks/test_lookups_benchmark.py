@@ -16,7 +16,10 @@ from lookup.contenders import CHOSEN, PPOPT_CODE, SEQUENTIAL, Explicit
 from lookup.programs import programs
 from qp.counted import Measured, PeerFailed, judged, run
 from qp.document import lookup_parts
+from qp.peers import columns
 from qp.sequence import Sequence, with_optima
+
+from qp import peers
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,8 @@ def _no_valgrind(monkeypatch: pytest.MonkeyPatch) -> None:
         cost = np.ones(len(answers))
         return judged(name, "instructions", sequence, part, cost, answers, 1, 2, 3, note)
 
-    monkeypatch.setattr(contenders, "counted_peer", answered)
+    for module in (contenders, peers):
+        monkeypatch.setattr(module, "counted_peer", answered)
 
 
 @pytest.mark.parametrize(
@@ -66,6 +70,15 @@ def test_the_program_on_line_is_the_same(given: Explicit) -> None:
     sequence = given.program.online()
     first = with_optima(sequence).optimum[:, 0]
     assert np.allclose(1000.0 * first, given.program.moves[:, 0], rtol=0.0, atol=1e-6)
+
+
+def test_the_program_on_line_is_solved_by_us(given: Explicit, tmp_path: Path) -> None:
+    """Bounds alone, and rows that stay."""
+    for program in (given.program, *programs(quick=True, only=("double_integrator",))):
+        sequence = with_optima(program.online())
+        found = columns(sequence, slice(0, sequence.length), tmp_path)
+        assert np.all(found.solved)
+        assert np.max(found.error) <= 1e-8
 
 
 def test_a_generator_that_does_not_run_says_why(given: Explicit, tmp_path: Path) -> None:

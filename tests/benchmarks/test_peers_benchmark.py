@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ from scipy.linalg import solve_discrete_are
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
+import lookups
 import qp_solvers
 from qp.counted import Measured, PeerFailed
 from qp.document import DocumentError, qp_parts, rewritten, whole
 from qp.libraries import replacements
 from qp.literature import all_loops, closed_loop, steady, tanks
+from qp.peers import COLUMNS, STAGES
 from qp.sequence import Sequence, two_sided, with_optima
 from qp.suite import Missing, suite
 from qp.told import as_json, write
@@ -140,6 +143,17 @@ def test_the_first_tolerance_that_gives_the_accuracy() -> None:
     assert stopped.note == "tolerance 1e-09"
 
 
+def promised(
+    name: str, found: float | None, sequence: str = "", how: str = "", of: str = COLUMNS,
+    asked: bool = True, fits: bool = True,
+) -> dict[str, object]:  # fmt: skip
+    kept = found is not None and found <= 0.5
+    return {
+        "promise": name, "limit": 0.5, "found": found, "kept": kept, "promised": asked,
+        "sequence": sequence, "how": how, "solver": of, "fits": fits,
+    }  # fmt: skip
+
+
 def told() -> dict[str, object]:
     sequence = with_optima(all_loops(50)[0])
     found = {"DAQP": measured(0.0), "other": measured(1e-3)}
@@ -149,8 +163,12 @@ def told() -> dict[str, object]:
         "whole": True, "seconds": 60, "tinympc_would_replace": "", "sequences": rows,
         "versions": {"gcc": "gcc 12", "machine": "x", "valgrind": "v", "daqp": "0"},
         "promises": [
-            {"promise": "right", "limit": 1, "found": 0.5, "kept": True},
-            {"promise": "never", "limit": 1, "found": None, "kept": False},
+            promised("right", 0.5),
+            promised("never", None),
+            promised("small", 0.6, "servo_drive_10", "bytes"),
+            promised("slow", 0.3, "servo_drive_10", "median", of=COLUMNS, asked=False),
+            promised("beside", 0.7, "none", "median", of=COLUMNS, asked=False, fits=False),
+            promised("first", 0.2, "none", "median", of=STAGES),
         ],
     }  # fmt: skip
 
@@ -160,7 +178,12 @@ def test_tables_show_who_missed_who_failed_and_what_is_missing() -> None:
     assert "1, 1 m" in parts["ratios"]
     assert "| third | not installed: x | all |" in parts["missing"]
     assert "**missing**: has no program" in parts["sequences"]
-    assert "| never | 1 | not measured | **broken** |" in parts["promises"]
+    assert "| never | 0.5 | not measured | **broken** |" in parts["promises"]
+    assert "slow" not in parts["promises"]
+    assert "| `servo_drive_10` | - | **0.600**, 0.300 |" in parts["reported"]
+    assert "| `none` | 0.200 | **0.700** |" in parts["reported"]
+    (line,) = parts["unreached"].splitlines()[2:]
+    assert line.startswith("| `servo_drive_10` | column rows | bytes | 0.5 | 0.6 | yes | bounds ")
     assert "2.00 us | 1 |" in parts["times"]
 
 
@@ -208,9 +231,16 @@ def test_a_run_that_is_broken_off_writes_nothing(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_name_that_fits_nothing_is_no_success(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(qp_solvers.shutil, "which", lambda tool: tool)
-    monkeypatch.setattr(sys, "argv", ["qp_solvers.py", "-o", str(tmp_path), "--only", "none"])
-    assert qp_solvers.main() == 2
+@pytest.mark.parametrize("script", [qp_solvers, lookups])
+def test_a_name_that_fits_nothing_is_told(
+    script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.setattr(script.shutil, "which", lambda tool: tool)
+    words = [f"{script.__name__}.py", "-o", str(tmp_path), "--only", "servo_drive_2", "servo_"]
+    monkeypatch.setattr(sys, "argv", [*words, "servo_driv"])
+    assert script.main() == 2
+    told = capsys.readouterr().err
+    assert "nothing here is called servo_driv, nor begins with servo_driv_; there are " in told
+    assert "servo_drive_3" in told
+    assert not list(tmp_path.iterdir())

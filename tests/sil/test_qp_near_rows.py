@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import daqp
 import numpy as np
 import pytest
 from core_designs import temporary_folder
+from scipy.optimize import linprog
 
 from servogen.controllers.design import Status
 from servogen.controllers.qp_solver import QpSolver
@@ -131,15 +133,85 @@ def test_far_moves_are_no_proof_that_there_is_no_point(seeds: range) -> None:
             assert solver.call(last.operation, last.inputs)[0] is not Status.INFEASIBLE, seed
 
 
+# Of the first 160 those in which a multiplier meets what it is kept within before a row is lost.
+FAR = (5, 56, 89, 99, 106, 153)
+
+
+def far(seed: int) -> tuple[Array, Iterator[tuple[Array, ...]]]:
+    """A and f, low, high in float32, H = I: z_unc is up to 1e9 away, and a point keeps all rows."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    m = int(rng.integers(n, 2 * n + 2))
+    rows = rng.normal(size=(m, n))
+    for i in range(1, m):
+        if rng.random() < 0.6:
+            other = rows[rng.integers(0, i)] * rng.choice([-1, 1])
+            rows[i] = other + 10 ** rng.uniform(-6, -0.5) * rng.normal(size=n)
+
+    def sides() -> Iterator[tuple[Array, ...]]:
+        for _ in range(TURNS):
+            size = 10.0 ** rng.uniform(0, 9)
+            point = rng.normal(size=n) * 10.0 ** rng.uniform(-1, 8)
+            if np.abs(point).max() > size:
+                point = rng.normal(size=n)
+            linear, width = rng.normal(size=n) * size, 10.0 ** rng.uniform(-3, 6, m)
+            part, middle = rng.random(m), rows @ point
+            low, high = middle - width * part, middle + width * (1.0 - part)
+            yield tuple(np.clip(x, -9e8, 9e8).astype(np.float32) for x in (linear, low, high))
+
+    return rows, sides()
+
+
+def made_far(seed: int) -> QpSolverDesign:
+    rows = far(seed)[0]
+    return design_qp_solver(
+        f"far_{seed}", PRECISIONS["float32"], np.eye(rows.shape[1]), rows, CAP, 1e-4
+    )
+
+
+def test_a_multiplier_that_met_its_limit_leaves_doubt() -> None:
+    """Each of these has a program that would be called infeasible by what the moves seem to be."""
+    for seed in FAR:
+        solver, real = QpSolver(made_far(seed)), np.float32
+        solver.call("reset")
+        for linear, low, high in far(seed)[1]:
+            best = linprog(
+                np.zeros(solver.z.size),
+                np.vstack([far(seed)[0], -far(seed)[0]]).astype(real).astype(float),
+                np.concatenate([high, -low]).astype(float),
+                bounds=(None, None),
+            )
+            status = solver.call("step", call(linear, low, high).inputs)[0]
+            assert status is not Status.INFEASIBLE or best.status == 2, seed
+
+
+def test_what_rounding_does_not_let_hold_is_no_beginning_for_another_program() -> None:
+    """The set of this program's answer stalls when it is asked again; the next time it is anew."""
+    solver = QpSolver(made(285, "float32", 1e-6))
+    solver.call("reset")
+    given = [call(*side) for side in program(285, "float32")[2]][:9]
+    for each in given:
+        solver.call(each.operation, each.inputs)
+    found = [solver.call("step", given[-1].inputs)[0] for _ in range(6)]
+    assert Status.BACKUP in found, "nothing stalls any more: another program"
+    for now, following in pairwise(found):
+        assert Status.OK in (now, following)
+
+
 def test_c_is_the_reference_bit_for_bit() -> None:
-    """With programs that are refined often, and such that leave doubt."""
-    chosen = [made(seed, "float32", 1e-6) for seed in (25, 187, 242)]
+    """With programs that are refined often, that stall, and such that leave doubt."""
+    sides = {
+        f"near_{seed}": program(seed, "float32")[2] for seed in (25, 187, 242, 22, 45, 128, 285)
+    }
+    sides |= {f"far_{seed}": far(seed)[1] for seed in FAR}
+    chosen = [made(seed, "float32", 1e-6) for seed in (25, 187, 242, 285)]
     chosen += [made(seed, "float32", 1e-4) for seed in (22, 45, 128)]
+    chosen += [made_far(seed) for seed in FAR]
     package = emit_package("near", tuple(declare_qp_solver(design) for design in chosen))
     module = compile_package([package], temporary_folder("near"), ("-O1",))
     for design in chosen:
-        sides = program(int(design.prefix.removeprefix("near_")), "float32")[2]
-        given = [Call("reset", {}), *(call(*side) for side in sides)]
+        given = [Call("reset", {}), *(call(*side) for side in sides[design.prefix])]
+        given += [given[-2]] * 4
         own = CompiledController(module, declare_qp_solver(design))
         agreement = compare(QpSolver(design), own, given)
         assert agreement.passed, (design.prefix, agreement.difference)

@@ -38,6 +38,11 @@ class WorkingSet:
     vectors: FloatArray
     dual: FloatArray
 
+    def forget(self) -> None:
+        """Be as a first call finds it: the order of the slots is one of sums too."""
+        self.size = 0
+        self.slot[:] = range(len(self.slot))
+
 
 def empty_set(tables: ActiveSetTables) -> WorkingSet:
     """No row, for a first call."""

@@ -116,7 +116,7 @@ class _Method:
         work, z, rows = self.work, self.free, self.free_rows
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
-        refining = forced = False
+        refining = forced = stalled = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 step = self.step()
@@ -126,7 +126,7 @@ class _Method:
                     if kept and self.worst(self.free_rows) is None:
                         work.size = 0
                         return ActiveSetResult(self.free, True, False, iteration)
-                    kept = refining = False
+                    kept = refining = stalled = False
                     continue
                 kept = False
                 work.dual[: work.size] = self.from_zero(star)
@@ -139,19 +139,19 @@ class _Method:
                 if entering is None:
                     self.measure(rows)
                     if np.any(self.missed[: work.size] < -self.tables.accept):
-                        refining = True
+                        refining = stalled = True
                         continue
                     active = tuple(work.row[: work.size])
                     return ActiveSetResult(z, True, False, iteration, active)
                 self.missed[:] = self.zero
                 if entering[0] in work.row[: work.size]:
                     if self.low[entering[0]] > self.high[entering[0]]:
-                        work.size = 0
+                        work.forget()
                         return ActiveSetResult(z, False, True, iteration)
                     self.measure(rows)  # what rounding left: the next step takes it away
-                    entering, refining = None, not refining
+                    entering, refining, stalled = None, not refining, True
                     continue
-                refining = False
+                refining = stalled = False
                 raised, excess = self.zero, self.excess(rows, *entering)
             appended = append(self.tables, work, *entering, forced)
             if appended.done:
@@ -165,9 +165,11 @@ class _Method:
                     forced = True
                     continue
                 beyond = self.no_point(excess, appended.left, rows)
-                work.size = 0  # rows that contradict are no beginning for another program
+                work.forget()  # rows that contradict are no beginning for another program
                 return ActiveSetResult(z, False, beyond, iteration)
             raised = self.from_zero(raised + gained)
+        if stalled:  # nor are rows that rounding does not let hold
+            work.forget()
         return ActiveSetResult(z, False, False, self.tables.cap)
 
     def from_zero(self, x: Any) -> Any:
@@ -239,13 +241,12 @@ class _Method:
 
         What the set leaves of it is rounding, or counts as that: points that keep all rows are at
         least excess / sqrt(left) away, in the metric of H. That is far where it is more than the
-        reach many times over: of the rows at z and at the unconstrained optimum, and of the moves
-        V lambda, of which z is what rounding has left. What has come near ``large`` may
-        have met it, and leaves doubt.
+        reach many times over: of the rows at z, and of the moves V lambda, of which z is what
+        rounding has left; z_unc is no farther than all of these together. What has come near
+        ``large`` may have met it, and leaves doubt.
         """
         work, large = self.work, self.tables.large
-        greatest = max(np.max(np.abs(rows)), np.max(np.abs(self.free_rows)))
-        greatest = min(greatest, large)
+        greatest = min(np.max(np.abs(rows)), large)
         reach = greatest * greatest
         for dual, square in zip(work.dual[: work.size], work.square, strict=False):
             greatest = max(greatest, dual)
