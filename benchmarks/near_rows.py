@@ -106,6 +106,7 @@ class Ends:
     of_solvable: Counter[str] = field(default_factory=Counter)
     again: Counter[str] = field(default_factory=Counter)
     missed: float = 0.0
+    wrong: list[tuple[int, int]] = field(default_factory=list)
 
     def line(self, setting: Setting) -> str:
         """One row of the table."""
@@ -148,7 +149,7 @@ def ends(setting: Setting, seeds: int, watch: Watch) -> Ends:
             continue
         solver = QpSolver(design)
         solver.call("reset")
-        for turn in near_program(seed, precision, apart)[2]:
+        for number, turn in enumerate(near_program(seed, precision, apart)[2]):
             watch.begin()
             given = {"linear": turn.linear, "low": turn.low, "high": turn.high}
             status = solver.call("step", given)[0]
@@ -158,6 +159,8 @@ def ends(setting: Setting, seeds: int, watch: Watch) -> Ends:
             if is_solved(design, turn, accept):
                 found.solvable += 1
                 found.of_solvable[status.name] += 1
+                if status is Status.INFEASIBLE:
+                    found.wrong.append((seed, number))
             found.refined += watch.refined(accept)
             found.again[status.name] += int(watch.again(accept))
             if status is Status.OK:
@@ -175,7 +178,11 @@ def main() -> int:
     print(HEAD)
     for line in given.lines:
         setting = SETTINGS[line - 1]
-        print(f"| {line} {ends(setting, given.seeds, watch).line(setting)}", flush=True)
+        found = ends(setting, given.seeds, watch)
+        print(f"| {line} {found.line(setting)}", flush=True)
+        if found.wrong:
+            told = ", ".join(f"{seed}.{number}" for seed, number in found.wrong)
+            print(f"line {line}, called INFEASIBLE wrongly, seed.turn: {told}", file=sys.stderr)
     return 0
 
 
