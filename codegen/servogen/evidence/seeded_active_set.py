@@ -10,7 +10,7 @@ from servogen.evidence.seeded_faults import Fault
 
 ACTIVE_SET_FAULTS: tuple[Fault, ...] = (
     Fault(
-        "one sample too few of the set moved on", "loop bound", "@p_mpc.c",
+        "one row too few of the set moved on", "loop bound", "@p_mpc.c",
         "for (int32_t j = 0; j < (@P_MPC_KEEP - 1); j++) {",
         "for (int32_t j = 0; j < (@P_MPC_KEEP - 2); j++) {",
         "the last row of a small set is forgotten between two calls",
