@@ -188,8 +188,8 @@ static inline void sg_pqp_extrapolate(int m, const sg_real *restrict diagonal,
     if (useful == 1) {
         const sg_real level = weight * largest;
         /* a slope, a curvature or a length beyond these would leave the range of the scalar type */
-        const sg_real fall = sg_bound(-slope, zero, longest);
-        sg_real length = SG_DIVIDE(fall, sg_bound_below(curvature, least_curvature));
+        const sg_real descent = sg_bound(-slope, zero, longest);
+        sg_real length = SG_DIVIDE(descent, sg_bound_below(curvature, least_curvature));
         length = sg_bound(length, zero, longest);
         SG_PRAGMA("MUST_ITERATE(1)")
         for (int i = 0; i < m; i++) {

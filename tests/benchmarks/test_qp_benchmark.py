@@ -186,7 +186,7 @@ def test_every_servo_sequence_is_a_program(tmp_path: Path) -> None:
         assert column_design(sequence)[0].tables.rows.count == sequence.count
 
 
-@pytest.mark.parametrize("script", ["qp_solvers", "pqp_iteration"])
+@pytest.mark.parametrize("script", ["qp_solvers", "pqp_iteration", "near_rows"])
 def test_help_is_told(script: str) -> None:
     place = Path(__file__).resolve().parents[2] / "benchmarks" / f"{script}.py"
     told = subprocess.run(

@@ -4,17 +4,21 @@ import numpy as np
 import pytest
 from explicit_problems import double_integrator, transport
 
+from servogen.explicit import cover
 from servogen.explicit.cover import (
     Facet,
     across,
     bounds_feasible_set,
     facet_of,
     generic_point,
+    optimal_set,
     subtract,
 )
+from servogen.explicit.errors import ExplicitError
 from servogen.explicit.explore import solve
 from servogen.explicit.regions import Region
 from servogen.explicit.solution import ExplicitSolution
+from servogen.qp.errors import NotSolved
 
 EYE = np.eye(3)
 
@@ -119,3 +123,32 @@ def test_end_of_what_is_feasible() -> None:
     size = float(np.linalg.norm(normal))
     assert bounds_feasible_set(program, normal / size, 950.0 / size)
     assert not bounds_feasible_set(program, normal / size, 940.0 / size)
+
+
+def test_beyond_what_is_feasible_there_is_no_optimal_set(solution: ExplicitSolution) -> None:
+    """Across every outer facet: a step inside has a set, one outside has none, though rows are
+    active there too when the method finds that no s keeps them all."""
+    program, ends = solution.program, 0
+    for region in solution.regions:
+        for normal, height in zip(region.h, region.k, strict=True):
+            if not bounds_feasible_set(program, normal, float(height)):
+                continue
+            point = region.centre + normal * (height - normal @ region.centre)
+            domain = program.domain_rows @ point - program.domain_bounds
+            if np.max(domain) > -1e-6:  # an end of the domain: the program has a solution beyond
+                continue
+            ends += 1
+            assert optimal_set(program, region.centre) is not None
+            assert optimal_set(program, point + 1e-3 * normal) is None
+    assert ends >= 1
+
+
+def test_a_program_that_does_not_end_is_told(
+    solution: ExplicitSolution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def endless(*_: object) -> None:
+        raise NotSolved("it did not end")
+
+    monkeypatch.setattr(cover, "nearest", endless)
+    with pytest.raises(ExplicitError, match=r"^active set is not found, expected rows that"):
+        optimal_set(solution.program, np.zeros(2))

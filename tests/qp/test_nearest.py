@@ -8,13 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servogen.qp.nearest import Nearest, nearest
+from servogen.explicit.tolerances import QP_DEPENDENT
+from servogen.qp.nearest import Nearest, _activate, nearest
 from servogen.qp.tolerances import DualMethodTolerances
 
+TOLERANCES = DualMethodTolerances()
 
-def project(g: np.ndarray, b: np.ndarray) -> Nearest:
+
+def project(g: np.ndarray, b: np.ndarray, tol: DualMethodTolerances = TOLERANCES) -> Nearest:
     """The point nearest to the origin."""
-    return nearest(g, b, np.zeros(g.shape[1]), 1e-11, DualMethodTolerances())
+    return nearest(g, b, np.zeros(g.shape[1]), 1e-11, tol)
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
@@ -55,3 +58,58 @@ def test_empty_set_and_no_rows() -> None:
     assert free.kept
     assert free.active == ()
     assert free.v == pytest.approx([0.0, 0.0, 0.0])
+
+
+def corner(angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows and bounds of v_1 <= 0 and a row against it, and the point that keeps both."""
+    rows = np.array([[1.0, 0.0], [-1.0, angle]])
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    bounds = np.array([0.0, -1e-8])
+    return rows, bounds, np.array([0.0, bounds[1] / rows[1, 1]])
+
+
+@pytest.mark.parametrize("dependent", [TOLERANCES.dependent, QP_DEPENDENT])
+def test_rows_at_angles_below_the_tolerance_count_as_parallel(dependent: float) -> None:
+    """One point or another keeps them in either case."""
+    tol = DualMethodTolerances(dependent=dependent)
+    for share in (1.1, 2.0, 30.0):
+        rows, bounds, point = corner(share * np.sqrt(dependent))
+        found = project(rows, bounds, tol)
+        assert found.kept
+        assert found.active == (0, 1)
+        # the multipliers lose digits by the square of the angle, the point by the angle
+        np.testing.assert_allclose(found.v, point, atol=1e-15 / np.sqrt(dependent))
+    for share in (0.9, 0.3):
+        rows, bounds, point = corner(share * np.sqrt(dependent))
+        assert np.all(rows @ point <= bounds + 1e-20)
+        found = project(rows, bounds, tol)
+        assert not found.kept
+        assert len(found.active) == 1
+
+
+def test_a_corner_is_met_to_the_last_digits_from_far_away() -> None:
+    """What is left of z_unc beside n active rows is nothing; one projection leaves its rounding."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        rows = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        point = rng.normal(size=3)
+        found = nearest(rows, rows @ point, 1e10 * rows.sum(axis=0), 1e-6, TOLERANCES)
+        assert found.kept
+        assert len(found.active) == 3
+        np.testing.assert_allclose(found.v, point, atol=1e-13)
+
+
+def test_multipliers_that_vanish_together_are_not_negative() -> None:
+    """Two vanish at the same step, but for a rounding: one leaves, and the other's share of the
+    entering row is a rounding of nothing then, by which nothing may be divided."""
+    for seed in range(500):
+        rng = np.random.default_rng(seed)
+        cosine, dual = rng.uniform(0.1, 0.9), rng.uniform(0.5, 2.0)
+        sine = np.sqrt(1.0 - cosine * cosine)
+        rows = np.array([[1.0, 0.0], [-cosine, sine], [sine, cosine]])
+        duals = np.array([dual, cosine * dual])
+        v = -duals @ rows[:2]
+        bounds = np.append(rows[:2] @ v, rows[2] @ v - 0.3)
+        found = _activate(2, rows, v, bounds, [0, 1], duals, TOLERANCES)
+        assert found is not None
+        assert np.all(found[1] >= 0.0), seed

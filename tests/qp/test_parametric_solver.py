@@ -100,6 +100,20 @@ def test_rows_twice_over_do_not_lead_in_circles() -> None:
     np.testing.assert_allclose(once.z, both.z, atol=1e-9)
 
 
+def test_the_same_row_in_other_units_is_kept_to_a_rounding() -> None:
+    """Divided by their lengths they are the same but for the last digit, and none is kept by the
+    point of another one but for that."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        rows, bounds = rng.normal(size=(3, 4)), -rng.random(3)
+        units = np.array([1.0, 1.0 / 3.0, 7.0])[:, None]
+        qp = parametric_qp(
+            np.eye(4), np.zeros((4, 1)), rows=np.vstack(units[:, :, None] * rows),
+            bounds=np.ravel(units * bounds),
+        )  # fmt: skip
+        assert ParametricSolver(qp).solve(np.zeros(1)).feasible, seed
+
+
 def test_a_row_of_zeros_is_kept_or_broken_by_the_parameter_alone() -> None:
     qp = parametric_qp([[1.0]], [[1.0]], rows=[[0.0]], bounds=[1.0], bounds_parameter=[[-1.0]])
     assert ParametricSolver(qp).solve(np.array([0.5])).feasible

@@ -246,8 +246,8 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "} else if (here < share) {", "} else if (here > share) {"
     ),
     "no way is no answer": swap(
-        "            status = SG_INFEASIBLE;\n        }\n        self->size = 0;",
-        "            status = SG_OK;\n        }\n        self->size = 0;",
+        "            status = SG_INFEASIBLE;\n        }\n    }\n",
+        "            status = SG_OK;\n        }\n    }\n",
     ),
     "iterations": swap("*iterations = k + 1;", "*iterations = k;"),
     "the rank-one update": swap("own -= below[k] * entry;", "own += below[k] * entry;"),

@@ -9,6 +9,7 @@ import daqp
 import numpy as np
 import pytest
 from core_designs import temporary_folder
+from near_programs import CAP, TURNS, Array, near_design, near_program
 from scipy.optimize import linprog
 
 from servogen.controllers.design import Status
@@ -24,51 +25,15 @@ from servogen.sil.build import compile_package
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call, compare
 
-Array = np.ndarray
-CAP = 200
-# Powers of ten: H's eigenvalues, and by how much a row stands off from another one.
-WORST = {"float64": 11.0, "float32": 3.5}
-APART = {"float64": (-5.0, -1.0), "float32": (-3.0, -0.5)}
 ACCEPT = {"float64": 1e-10, "float32": 1e-6}
-TURNS = 10
-# In float32 some of these are refined more than once: 25, 187 and 242.
+# In float32 some of these are refined more than once, 25, 187 and 242 among them.
 OFTEN = (25, *range(180, 250))
 
 
 def program(seed: int, precision: str) -> tuple[Array, Array, Iterator[tuple[Array, ...]]]:
     """H, A, and f, low, high in the precision: a point of size one keeps all rows to a rounding."""
-    rng = np.random.default_rng(seed)
-    real = PRECISIONS[precision].dtype
-    n = int(rng.integers(2, 12))
-    m = int(rng.integers(n, 3 * n + 1))
-    worst = rng.uniform(0.0, WORST[precision])
-    base = np.linalg.qr(rng.normal(size=(n, n)))[0]
-    values = 10.0 ** rng.uniform(-worst, 0.0, n)
-    values[0], values[-1] = 1.0, 10.0**-worst
-    hessian = (base * values) @ base.T
-    hessian = 0.5 * (hessian + hessian.T)
-    rows = rng.normal(size=(m, n))
-    for i in range(1, m):
-        if rng.random() < 0.5:
-            other = rows[int(rng.integers(0, i))] * rng.choice([-1, 1])
-            rows[i] = other + 10.0 ** rng.uniform(*APART[precision]) * rng.normal(size=n)
-    size = np.sqrt(np.einsum("ij,ij->i", rows, np.linalg.solve(hessian, rows.T).T))
-
-    def sides() -> Iterator[tuple[Array, ...]]:
-        for _ in range(TURNS):
-            point = rng.normal(size=n)
-            linear = -hessian @ (rng.normal(size=n) * 10.0 ** rng.uniform(-1.0, 3.0))
-            width = 10.0 ** rng.uniform(-3.0, 1.0, m) * size * (rng.random(m) > 0.1)
-            part, middle = rng.random(m), rows @ point
-            low, high = middle - width * part, middle + width * (1.0 - part)
-            yield tuple(x.astype(real) for x in (linear, low, high))
-
-    return hessian, rows, sides()
-
-
-def made(seed: int, precision: str, accept: float) -> QpSolverDesign:
-    hessian, rows, _ = program(seed, precision)
-    return design_qp_solver(f"near_{seed}", PRECISIONS[precision], hessian, rows, CAP, accept)
+    hessian, rows, turns = near_program(seed, precision)
+    return hessian, rows, (turn[1:] for turn in turns)
 
 
 def call(linear: Array, low: Array, high: Array) -> Call:
@@ -93,7 +58,7 @@ def test_every_row_of_the_set_is_at_its_bound(precision: str) -> None:
     for seed in OFTEN:
         hessian, rows, sides = program(seed, precision)
         root = np.linalg.cholesky(hessian).T
-        solver = QpSolver(made(seed, precision, ACCEPT[precision]))
+        solver = QpSolver(near_design(seed, precision, ACCEPT[precision]))
         solver.call("reset")
         scale = solver.design.scale.astype(float)
         unit = rows * scale[:, None]
@@ -126,7 +91,7 @@ def test_every_row_of_the_set_is_at_its_bound(precision: str) -> None:
 def test_far_moves_are_no_proof_that_there_is_no_point(seeds: range) -> None:
     """Multipliers of 1e6 and more in float32: what they leave of z is rounding."""
     for seed in seeds:
-        solver = QpSolver(made(seed, "float32", 1e-4))
+        solver = QpSolver(near_design(seed, "float32", 1e-4))
         solver.call("reset")
         for side in program(seed, "float32")[2]:
             last = call(*side)
@@ -187,7 +152,7 @@ def test_a_multiplier_that_met_its_limit_leaves_doubt() -> None:
 
 def test_what_rounding_does_not_let_hold_is_no_beginning_for_another_program() -> None:
     """The set of this program's answer stalls when it is asked again; the next time it is anew."""
-    solver = QpSolver(made(285, "float32", 1e-6))
+    solver = QpSolver(near_design(285, "float32", 1e-6))
     solver.call("reset")
     given = [call(*side) for side in program(285, "float32")[2]][:9]
     for each in given:
@@ -204,8 +169,8 @@ def test_c_is_the_reference_bit_for_bit() -> None:
         f"near_{seed}": program(seed, "float32")[2] for seed in (25, 187, 242, 22, 45, 128, 285)
     }
     sides |= {f"far_{seed}": far(seed)[1] for seed in FAR}
-    chosen = [made(seed, "float32", 1e-6) for seed in (25, 187, 242, 285)]
-    chosen += [made(seed, "float32", 1e-4) for seed in (22, 45, 128)]
+    chosen = [near_design(seed, "float32", 1e-6) for seed in (25, 187, 242, 285)]
+    chosen += [near_design(seed, "float32", 1e-4) for seed in (22, 45, 128)]
     chosen += [made_far(seed) for seed in FAR]
     package = emit_package("near", tuple(declare_qp_solver(design) for design in chosen))
     module = compile_package([package], temporary_folder("near"), ("-O1",))

@@ -14,6 +14,7 @@ from servo_example import changed, compared, example, simulated, system
 from servogen.controllers.design import Status, Value
 from servogen.emit.package import CPackage, emit_package
 from servogen.errors import InputError
+from servogen.explicit.errors import ExplicitError
 from servogen.jsontext import json_text
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Silent
@@ -241,11 +242,18 @@ def test_one_input_ahead_is_a_clipped_law(tmp_path: Path) -> None:
     assert "Search tree" not in own.page(Findings(simulated(), {"passed": True}))
 
 
+@pytest.mark.parametrize(
+    "error",
+    [
+        SetError("constraints", None, "a linear program that solves"),
+        ExplicitError("active set", "not found", "rows that its numbers tell apart"),
+    ],
+)
 def test_numbers_that_settle_nothing_are_the_user_s_to_know(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def given_out(*_: object) -> None:
-        raise SetError("constraints", None, "a linear program that solves")
+        raise error
 
     monkeypatch.setattr(servo_drive, "choose", given_out)
     with pytest.raises(InputError, match=r"controller.mpc is a program whose regions"):

@@ -30,7 +30,7 @@ from servogen.controllers.qp_solver_check import (
 from servogen.precision import FloatArray, Precision
 from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
 from servogen.qp.errors import ProgramError
-from servogen.qp.row_tables import ColumnRows, StageRows, column_rows
+from servogen.qp.row_tables import ColumnRows, RowTables, StageRows, column_rows
 
 
 @dataclass(frozen=True)
@@ -131,20 +131,7 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
     n, m, far = rows.variables, rows.count, LARGEST[design.precision.name]
     scaled = bool(np.any(design.scale != 1.0))
     parts = active_set_parts(t, design.scale if scaled else None)
-    rest: tuple[StateField, ...] = ()
-    if isinstance(rows, StageRows):
-        rest = (StateField("start", "the plant behind the rows is at rest", "ORDER"),)
-        layout: tuple[Dimension, ...] = (
-            Dimension("ORDER", rows.order, "states of the plant behind the rows"),
-            Dimension("ROWS_PER_STEP", rows.per_step, "rows of one step"),
-            Dimension("TERMINAL_ROWS", rows.terminal.shape[0], "rows of the last state"),
-        )
-    else:
-        assert isinstance(rows, ColumnRows)
-        layout = (
-            Dimension("ROWS_PER_STEP", rows.per_step, "rows of one step; 0: no horizon moves"),
-            Dimension("TERMINAL_ROWS", rows.staying, "rows of no step"),
-        )
+    layout, rest = _layout(rows)
     return Declaration(
         kind="qp",
         prefix=design.prefix,
@@ -191,3 +178,18 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
         ),
         facts=parts.facts,
     )
+
+
+def _layout(rows: RowTables) -> tuple[tuple[Dimension, ...], tuple[StateField, ...]]:
+    """What the kind of rows adds to the dimensions and to the state."""
+    if isinstance(rows, StageRows):
+        return (
+            Dimension("ORDER", rows.order, "states of the plant behind the rows"),
+            Dimension("ROWS_PER_STEP", rows.per_step, "rows of one step"),
+            Dimension("TERMINAL_ROWS", rows.terminal.shape[0], "rows of the last state"),
+        ), (StateField("start", "the plant behind the rows is at rest", "ORDER"),)
+    assert isinstance(rows, ColumnRows)
+    return (
+        Dimension("ROWS_PER_STEP", rows.per_step, "rows of one step; 0: no horizon moves"),
+        Dimension("TERMINAL_ROWS", rows.staying, "rows of no step"),
+    ), ()

@@ -10,7 +10,7 @@ from servogen.evidence.seeded_faults import Fault
 
 ACTIVE_SET_FAULTS: tuple[Fault, ...] = (
     Fault(
-        "one sample too few of the set moved on", "loop bound", "@p_mpc.c",
+        "one row too few of the set moved on", "loop bound", "@p_mpc.c",
         "for (int32_t j = 0; j < (@P_MPC_KEEP - 1); j++) {",
         "for (int32_t j = 0; j < (@P_MPC_KEEP - 2); j++) {",
         "the last row of a small set is forgotten between two calls",
@@ -77,9 +77,7 @@ ACTIVE_SET_FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a set that contradicts", "state not reset", "@p_mpc.c",
-        "        self->size = 0; /* rows that contradict are no beginning for another program */\n"
-        "    }\n    if (status == SG_INFEASIBLE) {\n        self->size = 0;\n    }\n",
-        "    }\n",
+        "(status == SG_OK) ? 0 : (lost + stalled);", "0;",
         "the program after one that no plan solves begins with rows that cannot hold together",
     ),
 )  # fmt: skip

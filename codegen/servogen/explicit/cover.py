@@ -13,22 +13,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servogen.explicit.errors import ExplicitError
 from servogen.explicit.image import Canonical
 from servogen.explicit.regions import Region
 from servogen.explicit.small_lp import greatest, inner_ball
 from servogen.explicit.tolerances import (
     END_SHARE,
     FLAT,
+    QP_DEPENDENT,
     QP_VIOLATION,
     SAME_PLANE,
     STEPS_ACROSS,
     TOUCHES,
 )
 from servogen.plants.statespace import FloatArray
+from servogen.qp.errors import NotSolved
 from servogen.qp.nearest import nearest
 from servogen.qp.tolerances import DualMethodTolerances
 
 ActiveSet = tuple[int, ...]
+_TOLERANCES = DualMethodTolerances(dependent=QP_DEPENDENT)
 
 
 @dataclass(frozen=True)
@@ -125,9 +129,18 @@ class Behind:
 
 
 def optimal_set(program: Canonical, eta: FloatArray) -> ActiveSet | None:
-    """The rows that are active at the optimum for one eta (r,); None if no s keeps all rows."""
+    """The rows that are active at the optimum for one eta (r,); None if no s keeps all rows, rows
+    at angles below 1e-7 (``QP_DEPENDENT``) taken for parallel.
+
+    Raises:
+        ExplicitError: the program's solution does not end, which rounding alone can cause.
+    """
     bound, free = program.w + program.e @ eta, np.zeros(program.g.shape[1])
-    found = nearest(program.g, bound, free, QP_VIOLATION, DualMethodTolerances())
+    try:
+        found = nearest(program.g, bound, free, QP_VIOLATION, _TOLERANCES)
+    except NotSolved as error:
+        expected = "rows that its numbers tell apart (fewer constraints, a shorter horizon)"
+        raise ExplicitError("active set", "not found", expected) from error
     return found.active if found.kept else None
 
 

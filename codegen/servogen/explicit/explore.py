@@ -65,7 +65,7 @@ def solve(
 
     Raises:
         ExplicitError: more than ``max_regions`` regions, no feasible parameters, or only a
-            lower-dimensional set of them.
+            lower-dimensional set of them; regions that numbers do not tell apart.
     """
     program = canonical(problem)
     watcher = Silent() if progress is None else progress

@@ -1,8 +1,8 @@
 """The active-set method itself at many parameters, against the bound that its ways give.
 
 The ways know nothing of rounding: where ``accept`` is near what the tables' precision leaves of a
-row, the method computes its optimum once more, or goes round in a circle. Trials prove nothing,
-but one of them is enough to take a bound back.
+row, the method computes its optimum again, once or up to the cap, or goes round in a circle. Trials
+prove nothing, but one of them is enough to take a bound back.
 """
 
 from __future__ import annotations

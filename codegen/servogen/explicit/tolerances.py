@@ -43,6 +43,13 @@ LEAST_LAW = 1e-5
 LP_RESIDUAL = 1e-10
 # A constraint of the quadratic program counts as violated beyond this; unit rows, one is a bound.
 QP_VIOLATION = 1e-11
+# What is left of a unit row after projection off the active ones, squared, below which the dual
+# method takes it for a combination of them: an angle of 1e-7, for which a projection, exact to
+# 1e-16, leaves nine digits. Where a step across a facet ends in the tip of a wedge, rows at smaller
+# angles than INDEPENDENCE may be all that is active. To say that nothing is feasible there would
+# leave a hole; a set that is found makes a region, whose laws may have lost digits by the square of
+# the angle, and the proofs judge it.
+QP_DEPENDENT = 1e-14
 # Steps across a facet that the adjacency of active sets does not settle. Behind it may lie the tip
 # of a wedge, so they go down to a hundred times what the quadratic program resolves.
 STEPS_ACROSS = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)

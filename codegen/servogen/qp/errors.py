@@ -1,6 +1,8 @@
-"""The one error of parametric programs, in parts that a project check can place."""
+"""What can go wrong with a program: it cannot be used, or numbers end its solution."""
 
 from __future__ import annotations
+
+from servogen.errors import ServogenError
 
 
 class ProgramError(ValueError):
@@ -20,3 +22,8 @@ class ProgramError(ValueError):
         self.expected = expected
         shown = "" if value is None else f" is {value}"
         super().__init__(f"{key}{shown}, expected {expected}")
+
+
+class NotSolved(ServogenError, ArithmeticError):
+    """A method that always ends used up the steps that it is allowed, which rounding alone can
+    cause; the message is one sentence."""

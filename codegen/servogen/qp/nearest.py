@@ -3,9 +3,9 @@
 Every strictly convex program takes this form with v = L'z, H = L L'. The method starts at the
 unconstrained optimum and makes one violated row active after the other, letting go those whose
 multiplier would turn negative; every iterate is optimal for its active rows, so the first one that
-keeps all rows is the answer, and a row that no multiplier can reach proves that there is none. It
-serves few calls and many digits: the factor is made anew at every step, which the method that is
-emitted (``dual_active_set``) cannot afford.
+keeps all rows is the answer, and a row that no multiplier can reach proves that there is none, to
+within the angle below which rows count as parallel. It serves few calls and many digits: the factor
+is made anew at every step, which the method that is emitted (``dual_active_set``) cannot afford.
 """
 
 from __future__ import annotations
@@ -16,14 +16,17 @@ import numpy as np
 import scipy.linalg
 
 from servogen.precision import FloatArray
+from servogen.qp.errors import NotSolved
 from servogen.qp.tolerances import DualMethodTolerances
 
 
 @dataclass(frozen=True)
 class Nearest:
     """The point ``v`` (n,), the active rows in ascending order, linearly independent, and their
-    multipliers; ``kept`` False: no point keeps all rows, and ``v`` is nearest for those that were
-    active last."""
+    multipliers, not negative. ``kept`` False: a row that the active ones leave nothing of cannot be
+    kept beside them, and ``v`` is nearest for those that were active last. Then no point keeps all
+    rows, or only one in a corner of rows at an angle below the square root of
+    ``DualMethodTolerances.dependent``: such rows count as parallel."""
 
     v: FloatArray
     active: tuple[int, ...]
@@ -45,7 +48,7 @@ def nearest(
         excess: (m,) or one number, by which a row may be violated and counts as kept.
 
     Raises:
-        ArithmeticError: the steps allowed are used up, which rounding alone can cause.
+        NotSolved: the steps allowed are used up, which rounding alone can cause.
     """
     v = free
     active: list[int] = []
@@ -60,7 +63,7 @@ def nearest(
             return _sorted(v, active, dual, False)
         active, dual = found
         v = _on(rows[active], bound[active], free)
-    raise ArithmeticError("the active-set method did not end: the rows are too badly scaled")
+    raise NotSolved("the active-set method did not end: the program's rows are too badly scaled")
 
 
 def _sorted(v: FloatArray, active: list[int], dual: FloatArray, kept: bool) -> Nearest:

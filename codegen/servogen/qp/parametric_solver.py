@@ -17,8 +17,8 @@ from servogen.qp.tolerances import DualMethodTolerances
 class Optimum:
     """``z`` (n,) and the multipliers ``dual`` (r,) of all rows (``ParametricQP.all_rows``), not
     negative; ``active``: those that hold with equality by the method, in ascending order.
-    ``feasible`` False: no z keeps all rows, and ``z`` is the optimum of those that were active
-    last; or the parameter is outside the domain."""
+    ``feasible`` False: no z keeps all rows (but see ``Nearest.kept`` for those at tiny angles), and
+    ``z`` is the optimum of those that were active last; or the parameter is outside the domain."""
 
     z: FloatArray
     dual: FloatArray
@@ -48,7 +48,7 @@ class ParametricSolver:
         """The optimum for one parameter (p,).
 
         Raises:
-            ArithmeticError: the steps allowed are used up.
+            NotSolved: the steps allowed are used up, which rounding alone can cause.
         """
         rows = self._rows
         bound = (self._w + self._s @ theta) / self._length

@@ -198,11 +198,6 @@ def solve(
     """
     real = tables.diagonal.dtype.type
     accept, gap_limit = real(tol.accept), real(tol.gap)
-    zero, half = real(0.0), real(0.5)
-    negative_upper = np.maximum(-slack_upper, zero)
-    negative_lower = np.maximum(-slack_lower, zero)
-    positive_upper = np.maximum(slack_upper, zero)
-    positive_lower = np.maximum(slack_lower, zero)
     last_upper, last_lower = upper, lower
     last_change = np.zeros_like(upper)
     turn = 0
@@ -229,22 +224,31 @@ def solve(
                 r_upper, r_lower,
             )  # fmt: skip
         else:
-            absolute = _majorant(tables, upper, lower)
-            plus = np.maximum(half * (absolute + change), zero)
-            minus = np.maximum(half * (absolute - change), zero)
-            keep_upper = tables.phi_diagonal * upper
-            keep_lower = tables.phi_diagonal * lower
             last_upper, last_lower, last_change = upper, lower, change
-            upper = (
-                upper * (minus + keep_upper + negative_upper) / (plus + keep_upper + positive_upper)
-            )
-            lower = (
-                lower * (plus + keep_lower + negative_lower) / (minus + keep_lower + positive_lower)
-            )
-            upper = np.minimum(np.maximum(upper, tables.vanish), tables.ceiling)
-            lower = np.minimum(np.maximum(lower, tables.vanish), tables.ceiling)
+            upper, lower = _multiply(tables, slack_upper, slack_lower, change, upper, lower)
         turn = turn + 1 if turn + 1 < tables.period else 0
     return PqpResult(correction, upper, lower, iteration, feasible, converged)
+
+
+def _multiply(
+    tables: PqpTables, slack_upper: FloatArray, slack_lower: FloatArray, change: FloatArray,
+    upper: FloatArray, lower: FloatArray,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """A turn of (20), with ``change`` = D d (m,)."""
+    zero, half = change.dtype.type(0.0), change.dtype.type(0.5)
+    absolute = _majorant(tables, upper, lower)
+    plus = np.maximum(half * (absolute + change), zero)
+    minus = np.maximum(half * (absolute - change), zero)
+    sides = []
+    for y, slack, raising, lowering in (
+        (upper, slack_upper, minus, plus),
+        (lower, slack_lower, plus, minus),
+    ):
+        keep = tables.phi_diagonal * y
+        over = raising + keep + np.maximum(-slack, zero)
+        under = lowering + keep + np.maximum(slack, zero)
+        sides.append(np.minimum(np.maximum(y * over / under, tables.vanish), tables.ceiling))
+    return sides[0], sides[1]
 
 
 def _majorant(tables: PqpTables, upper: FloatArray, lower: FloatArray) -> FloatArray:

@@ -83,7 +83,9 @@ class DualMethodTolerances:
             of which make no difference to an answer of nine digits.
         dependent: what is left of a row's unit length after projection off the active, squared;
             below it the row is a combination of them. A sum of up to 40 active rows rounds to about
-            1e-14, and a row that stands off by more than 1e-6 is told from them.
+            1e-14, and a row that stands off by more than 1e-6 is told from them: by less, its
+            multiplier, which grows with the inverse square, has fewer than four digits. The
+            exploration, which asks for no multiplier, goes farther (``QP_DEPENDENT``).
         steps: per row and variable; each adds or drops one row, and few are visited twice.
     """
 

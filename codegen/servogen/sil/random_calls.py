@@ -165,7 +165,9 @@ def _mpc_calls(design: MpcDesign, rng: np.random.Generator, count: int) -> Itera
             yield Call("reset", {"position": here})
             yield Call("step", _contradiction(design, apart, here))
             if isinstance(design.solver, ActiveSetTables):
-                yield Call("step", _prescribed(design, here, 10.0 ** (index / 10 % 4 - 3)))
+                # the cap may end the first; the next one goes on from its set
+                prescribed = _prescribed(design, here, 10.0 ** (index / 40 % 2 - 3))
+                yield from [Call("step", prescribed)] * 3
         path = here + _tour(rng, horizon, limits.velocity_m_per_s * design.plant.sample_time_s)
         path = np.clip(path, -limits.position_m, limits.position_m)
         if rng.random() < 0.2:

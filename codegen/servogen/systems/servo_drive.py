@@ -302,6 +302,10 @@ def servo_parts(
     return ServoParts(mpc, lookup, pid_design(servo, precision=mpc.precision))
 
 
+# What cannot be found where a program's numbers do not tell its regions apart.
+UNTOLD = ("active set", "set of facets", "search tree")
+
+
 def _unsolved(servo: ServoDrive, error: DesignError | ProgramError | SetError) -> InputError:
     """A program without an explicit solution, or whose solution the precision cannot hold."""
     project, remedy = servo.project, _remedy(servo)
@@ -312,7 +316,7 @@ def _unsolved(servo: ServoDrive, error: DesignError | ProgramError | SetError) -
     if error.key == "number of tree nodes":
         expected = f"room for {error.value} nodes, or {remedy}"
         return project.error("controller.lookup.max_nodes", limits.max_nodes, expected)
-    if isinstance(error, SetError) or error.key in ("set of facets", "search tree"):
+    if isinstance(error, SetError) or error.key in UNTOLD:
         # linear programs among its regions that neither of two solvers settles, and the like
         said = "a program whose regions its numbers do not tell apart"
         return project.fault("controller.mpc", said, remedy)
