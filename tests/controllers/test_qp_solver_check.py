@@ -62,7 +62,14 @@ REFUSED: tuple[tuple[dict[str, Any], str, str], ...] = (
     ({"accept": NAN}, "accept", "above zero"),
     ({"accept": INF}, "accept", "above zero"),
     ({"accept": "1e-9"}, "accept", "above zero"),
-    ({"accept": 1e-60, "precision": FLOAT32}, "accept", "above zero"),
+    ({"accept": True}, "accept", "above zero"),
+    ({"accept": 2.0}, "accept", "to the bound itself"),
+    ({"accept": 1e300}, "accept", "to the bound itself"),
+    ({"accept": 1e-30}, "accept", "what float64 leaves of a bound"),
+    ({"accept": 1e-12, "precision": FLOAT32}, "accept", "what float32 leaves of a bound"),
+    ({"accept": 1e-60, "precision": FLOAT32}, "accept", "what float32 leaves of a bound"),
+    ({"precision": "float64"}, "precision", "FLOAT64"),
+    ({"precision": None}, "precision", "FLOAT64"),
     ({"prefix": "two words"}, "prefix", "identifier"),
     ({"prefix": "while"}, "prefix", "identifier"),
     ({"prefix": "size"}, "prefix", "identifier"),
@@ -112,7 +119,11 @@ def plant(precision: Precision = FLOAT64, gain: float = 0.1) -> StageRows:
         ({"rows": plant(gain=1e250)}, "hessian"),
         ({"hessian": -np.eye(4)}, "hessian"),
         ({"hessian": np.eye(4) * 1e-220}, "hessian"),
-        ({"rows": stage_rows(np.full((1, 2), NAN), np.zeros((0, 1)), 4, 1, FLOAT64.dtype)}, "rows"),
+        ({"rows": np.ones((4, 4))}, "rows"),
+        ({"precision": "float64"}, "precision"),
+        ({"accept": True}, "accept"),
+        ({"accept": 2.0}, "accept"),
+        ({"accept": 1e-30}, "accept"),
         ({"cap": 0}, "cap"),
         ({"accept": NAN}, "accept"),
         ({"prefix": "int"}, "prefix"),
@@ -124,6 +135,58 @@ def test_a_plants_arguments_are_refused_as_well(changed: dict[str, Any], key: st
     with pytest.raises(ProgramError) as told:
         design_plant_qp_solver(**given | changed)
     assert told.value.key == key
+
+
+STAGE: dict[str, Any] = {
+    "stage": [[1.0, 0.1, 0.005], [0.0, 1.0, 0.1]],
+    "terminal": np.zeros((0, 2)),
+    "steps": 4,
+    "limited": 2,
+    "dtype": FLOAT64.dtype,
+    "bounds": [1.0],
+}
+
+
+@pytest.mark.parametrize(
+    ("changed", "key", "said"),
+    [
+        ({"stage": np.full((2, 3), NAN)}, "stage", "finite"),
+        ({"stage": [1.0, 2.0]}, "stage", "row at least"),
+        ({"stage": [[1.0, 0.1, 0.005]]}, "stage", "each of its 2 states"),
+        ({"stage": 1e40 * np.array(STAGE["stage"]), "steps": 10}, "stage", "beyond float64"),
+        ({"limited": 3}, "limited", "from 0 to 2"),
+        ({"limited": -1}, "limited", "from 0 to 2"),
+        ({"steps": 0}, "steps", "from 1"),
+        ({"steps": "10"}, "steps", "whole number"),
+        ({"inputs": 2}, "limited", "from 0 to 1"),
+        ({"inputs": 2, "limited": 1}, "terminal", "1, the states"),
+        ({"inputs": 3}, "inputs", "from 1 to 2"),
+        ({"terminal": np.zeros((0, 3))}, "terminal", "2, the states"),
+        ({"outer": [[1.0, 0.0]]}, "outer", "3, as stage"),
+        ({"bounds": np.ones(2)}, "bounds", "at most 1"),
+        ({"bounds": [0.0]}, "bounds[0]", "factor"),
+        ({"bounds": [NAN]}, "bounds", "finite"),
+        ({"dtype": np.dtype(np.float16)}, "dtype", "float32 or float64"),
+    ],
+)  # fmt: skip
+def test_a_stage_that_cannot_be_used_is_refused_in_a_sentence(
+    changed: dict[str, Any], key: str, said: str
+) -> None:
+    with np.errstate(all="raise"), pytest.raises(ProgramError) as told:
+        stage_rows(**STAGE | changed)
+    assert told.value.key == key
+    assert said in str(told.value)
+
+
+def test_lists_names_and_numpy_numbers_do_as_well() -> None:
+    rows = stage_rows(**STAGE)
+    named = stage_rows(**STAGE | {"dtype": "float64", "stage": np.array(STAGE["stage"])})
+    assert np.array_equal(rows.impulse, named.impulse)
+    for precision in (FLOAT32, FLOAT64):
+        for accept in (np.float32(1e-4), np.float64(1e-4)):
+            with np.errstate(all="raise"):
+                design = design_qp_solver(**PLAIN | {"precision": precision, "accept": accept})
+            assert float(design.tables.accept) == pytest.approx(1e-4)
 
 
 def near_singular(ratio: float) -> tuple[np.ndarray, np.ndarray]:
@@ -193,3 +256,29 @@ def test_what_is_accepted_gives_numbers_at_the_largest_inputs(precision: Precisi
 def test_a_hessian_as_small_as_1e_28_is_no_number_in_float32() -> None:
     with pytest.raises(ProgramError, match=r"hessian is so small .* scaled nearer to one"):
         design_qp_solver("small", FLOAT32, 1e-28 * np.eye(2), np.eye(2), 20, 1e-4, bounds=2)
+
+
+@pytest.mark.parametrize("reach", [10.0, 100.0, 1000.0])
+def test_an_accept_above_what_rows_round_to_ends_in_no_backup_though_rows_depend(
+    reach: float,
+) -> None:
+    """Float32, exactly dependent rows, an optimum without rows that is so many bounds away: the
+    rule of the page. A tenth of it shows that the programs are hard enough to tell."""
+    rng, ended = np.random.default_rng(9), {1.0: 0, 0.1: 0}
+    for _ in range(6):
+        rows = rng.normal(size=(16, 3)) @ rng.normal(size=(3, 8))
+        square = np.linalg.qr(rng.normal(size=(8, 8)))[0]
+        hessian = square @ np.diag(10.0 ** rng.uniform(-1.0, 0.0, 8)) @ square.T
+        hessian = 0.5 * (hessian + hessian.T)
+        length = np.sqrt(np.einsum("ij,ij->i", rows, np.linalg.solve(hessian, rows.T).T))
+        free = reach * rng.normal(size=8)
+        low, high = -length * (0.5 + rng.random(16)), length * (0.5 + rng.random(16))
+        far = float(np.max(np.abs(rows @ free) / length))
+        for share in ended:
+            accept = share * far * float(np.finfo(np.float32).eps)
+            solver = QpSolver(design_qp_solver("far", FLOAT32, hessian, rows, 200, accept))
+            solver.call("reset")
+            status, _ = solver.call("step", {"linear": -hessian @ free, "low": low, "high": high})
+            ended[share] += status.name == "BACKUP"
+    assert ended[1.0] == 0
+    assert ended[0.1] > 0

@@ -56,6 +56,10 @@ def test_a_bound_that_was_not_held_is_not_certified(full: ReportData) -> None:
         ["not certified: 7 were taken", "6", "6"],
         ["not certified: not attained", "6", "5"],
     ]
+    rounds = {**broken, "refuted": 0, "rounding_may_cost_more": True}
+    found = tables(with_programs(full, {"corner_mpc": {"certified": None, "warm": rounds}}))
+    said = [row[2] for row in texts(found["Iterations certified"])]
+    assert "not certified: rows may round to more than accept" in said
 
 
 def test_the_histogram_has_every_step_once(full: ReportData) -> None:

@@ -205,6 +205,17 @@ def test_the_closed_loop_of_two_programs_is_held_against_the_larger_number(
     assert own._finding([small, open_ended], {"closed loop": forged(9)}, BENCH).passed
 
 
+def test_what_rows_may_round_to_is_told_where_accept_is_not_above_it(design: MpcDesign) -> None:
+    rounds = replace(certificate(7), rounding=2e-5, accept=1e-6)
+    told = own._finding([own.Program(design, certificate(6), rounds)], {"closed loop": LOOP}, BENCH)
+    assert told.measured
+    assert told.summary.startswith("not certified: ")
+    said = "7 after any other call by 10 pieces, but accept 1.0e-06 is not above the 2.0e-05 that"
+    assert said in told.summary
+    warm = told.figures["programs"]["corner_mpc"]["warm"]
+    assert (warm["exact"], warm["rounding"], warm["accept"]) == (False, 2e-5, 1e-6)
+
+
 def test_a_solved_program_is_told_apart_from_the_hardest_of_all(design: MpcDesign) -> None:
     taken = own.Taken(np.array([26, 35]), np.array([Status.OK, Status.INFEASIBLE]))
     told = own._finding([own.Program(design, why="so")], {"closed loop": taken}, BENCH)

@@ -6,6 +6,7 @@ import numpy as np
 
 from servogen.identifiers import MAX_LENGTH, is_free_prefix
 from servogen.precision import FloatArray, Precision
+from servogen.qp.arguments import matrix, whole
 from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import StageRows
 from servogen.qp.tolerances import CONVEXITY, LARGE, SYMMETRY
@@ -20,8 +21,8 @@ MOST_ITERATIONS = 100_000
 NEARER = "variables scaled nearer to one"
 
 
-def check_options(prefix: object, precision: Precision, cap: object, accept: object) -> None:
-    """The name in C, the iterations and the violation accepted.
+def check_options(prefix: object, precision: object, cap: object, accept: object) -> float:
+    """The name in C, the iterations and the violation accepted, which is returned.
 
     Raises:
         ProgramError: one of them cannot be used.
@@ -29,37 +30,28 @@ def check_options(prefix: object, precision: Precision, cap: object, accept: obj
     if not (isinstance(prefix, str) and is_free_prefix(prefix)):
         expected = f"a C identifier of at most {MAX_LENGTH} characters that is free in C"
         raise ProgramError("prefix", repr(prefix), expected)
+    if not isinstance(precision, Precision):
+        expected = "one of servogen.precision: FLOAT32, FLOAT64"
+        raise ProgramError("precision", repr(precision), expected)
     whole("cap", cap, 1, MOST_ITERATIONS)
-    least, most = float(np.finfo(precision.dtype).tiny), precision.max
-    if not (isinstance(accept, int | float | np.floating) and least <= accept <= most):
+    number = isinstance(accept, int | float | np.integer | np.floating)
+    if not number or isinstance(accept, bool) or not 0.0 < float(accept) < np.inf:  # type: ignore[arg-type]
         raise ProgramError("accept", accept, "a finite number above zero")
+    return float(accept)  # type: ignore[arg-type]
 
 
-def whole(key: str, value: object, low: int, high: int) -> None:
-    """A whole number of a range, or a ``ProgramError``."""
-    if isinstance(value, int | np.integer) and not isinstance(value, bool) and low <= value <= high:
-        return
-    raise ProgramError(key, value, f"a whole number from {low} to {high}")
-
-
-def matrix(key: str, given: object) -> FloatArray:
-    """A table of finite numbers, in float64.
+def check_accept(accept: float, scale: FloatArray, precision: Precision) -> None:
+    """The violation accepted, against bounds of size one: ``scale`` (m,) is what the tables have
+    of such a bound.
 
     Raises:
-        ProgramError: it is not one.
+        ProgramError: the precision cannot tell it from nothing, or it is larger than the bounds.
     """
-    try:
-        values = np.array(given)
-        if np.iscomplexobj(values):
-            raise TypeError
-        values = values.astype(np.float64)
-    except (OverflowError, TypeError, ValueError):
-        raise ProgramError(key, None, "a matrix of numbers") from None
-    if values.ndim != 2 or values.size == 0:
-        raise ProgramError(key, f"of shape {values.shape}", "a matrix with a row at least")
-    if not np.all(np.isfinite(values)):
-        raise ProgramError(key, "not finite", "finite numbers")
-    return values
+    least = float(np.finfo(precision.dtype).eps * np.min(scale))
+    most = float(np.max(scale))
+    if not least <= accept <= most:
+        told = f"from {least:.1e} to {most:.1e}: from what {precision.name} leaves of a bound of"
+        raise ProgramError("accept", f"{accept:g}", f"{told} size one to the bound itself")
 
 
 def metric(hessian: object, precision: Precision) -> tuple[FloatArray, FloatArray]:
@@ -156,12 +148,14 @@ def check_layout(
         raise ProgramError("per_step", said, f"the {n // inputs} steps of the inputs")
 
 
-def check_plant(rows: StageRows, variables: int, precision: Precision) -> None:
+def check_plant(rows: object, variables: int, precision: Precision) -> None:
     """Rows made by ``stage_rows``, of so many variables.
 
     Raises:
         ProgramError: they are of another program, or of another precision.
     """
+    if not isinstance(rows, StageRows):
+        raise ProgramError("rows", f"of type {type(rows).__name__}", "rows made by stage_rows")
     if rows.variables != variables:
         raise ProgramError("rows", f"of {rows.variables} variables", f"{variables}, as H")
     if rows.stage.dtype != precision.dtype:

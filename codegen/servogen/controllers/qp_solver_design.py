@@ -19,16 +19,17 @@ from servogen.controllers.design import (
 from servogen.controllers.iteration_parts import active_set_parts
 from servogen.controllers.qp_solver_check import (
     LARGEST,
+    check_accept,
     check_layout,
     check_options,
     check_plant,
     check_reach,
     check_scale,
-    matrix,
     metric,
 )
 from servogen.precision import FloatArray, Precision
 from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
+from servogen.qp.arguments import matrix
 from servogen.qp.errors import ProgramError
 from servogen.qp.row_tables import ColumnRows, RowTables, StageRows, column_rows
 
@@ -76,7 +77,7 @@ def design_qp_solver(
             unit diagonal the smallest must be above ``CONVEXITY`` of the largest, and what the
             largest inputs lead to must be numbers in the precision.
     """
-    check_options(prefix, precision, cap, accept)
+    accept = check_options(prefix, precision, cap, accept)
     h, inverse = metric(hessian, precision)
     given = matrix("rows", rows)
     if given.shape[1] != len(h):
@@ -89,6 +90,7 @@ def design_qp_solver(
     solved = np.linalg.solve(h * np.outer(unit, unit), (given * unit).T).T
     norm = np.sqrt(np.einsum("ij,ij->i", given * unit, solved))
     check_scale(norm, precision)
+    check_accept(accept, 1.0 / norm, precision)
     written = given / norm[:, None]
     check_reach(written, inverse, precision)
     own = column_rows(written, precision.dtype, per_step, staying, bounds, inputs)
@@ -113,9 +115,10 @@ def design_plant_qp_solver(
     Raises:
         ProgramError: as ``design_qp_solver``.
     """
-    check_options(prefix, precision, cap, accept)
+    accept = check_options(prefix, precision, cap, accept)
     h, inverse = metric(hessian, precision)
     check_plant(rows, len(h), precision)
+    check_accept(accept, np.ones(1), precision)
     written = np.zeros((rows.count, rows.variables))
     for i in range(rows.count):
         own = rows.row(i)

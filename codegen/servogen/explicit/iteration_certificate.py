@@ -7,7 +7,8 @@ all sequences of parameters it is what happens.
 
 A piece stays unless a linear program shows that it is empty, so that the bound is not too low; the
 method itself, run at a point inside the piece that needs most, shows that it is not too high. Of
-rounding the pieces know nothing: the method is run at random parameters too (``iteration_trials``).
+rounding the pieces know nothing: what rows may round to is bounded (``iteration_rounding``) and
+held against ``accept``, and the method is run at random parameters too (``iteration_trials``).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import numpy as np
 from servogen.explicit.errors import ExplicitError
 from servogen.explicit.iteration_paths import Ending, Paths, Place, Sides, Start, Way
 from servogen.explicit.iteration_program import IterationProgram
+from servogen.explicit.iteration_rounding import Rounding
 from servogen.explicit.iteration_trials import (
     iterations_taken,
     most_taken,
@@ -80,6 +82,8 @@ class IterationCertificate:
         unending: pieces that come to no end within 1,000. infeasible: pieces that say so.
         by_iterations: pieces by their number of iterations, from 0 on.
         refuted: the most that the method took in a trial, if that is more than ``bound``; else 0.
+        rounding: what rows may round to at the places met. accept: what it is held against: where
+            it is not above, a row of the set may have to be met a second time, an iteration more.
     """
 
     finished: bool
@@ -95,11 +99,19 @@ class IterationCertificate:
     infeasible: int
     by_iterations: tuple[int, ...]
     refuted: int = 0
+    rounding: float = 0.0
+    accept: float = np.inf
+
+    @property
+    def rounds(self) -> bool:
+        """Whether rounding may leave a row of the set farther from its bound than ``accept``."""
+        return not self.rounding < self.accept
 
     @property
     def exact(self) -> bool:
-        """Whether the bound is one, is attained, and nothing that was tried takes more."""
-        sure = self.finished and not self.unending and not self.refuted
+        """Whether the bound is one, is attained, nothing that was tried takes more, and rounding
+        costs no refinement."""
+        sure = self.finished and not self.unending and not self.refuted and not self.rounds
         return sure and self.attained == self.bound
 
 
@@ -174,6 +186,7 @@ class _Search:
             told = f"at least {1.05 * least:.1e}, which pieces of this set of parameters can tell"
             raise ExplicitError("accept", accept, f"{told} from nothing")
         self._never_kept = self.paths.violations()
+        self.rounding = Rounding(self.program, self.paths.middle, self.paths.half)
         self.starts: dict[Start, _Found] = {}
         self._meet(Start(), None, np.zeros(self.program.parameters), 1.0)
 
@@ -212,6 +225,8 @@ class _Search:
             if radius < -NOT_EMPTY:
                 continue
             place = self.paths.entered(way.place)
+            if place.stage == "look":
+                self.rounding.met(place.sides, place.dual)
             h, k = np.vstack([parent.rows, way.rows]), np.append(parent.bounds, way.bounds)
             node = _Node(parent.start, place, h, k, centre, radius)
             if place.stage != "end" and place.iterations < _ENDLESS:
@@ -315,6 +330,8 @@ class _Search:
             infeasible=self.infeasible,
             by_iterations=tuple(self.counts.get(i, 0) for i in range(most + 1)),
             refuted=tried if tried > most else 0,
+            rounding=self.rounding.most,
+            accept=float(self.program.tables.accept),
         )
 
     def _witness(self) -> tuple[int, tuple[FloatArray, ...]]:

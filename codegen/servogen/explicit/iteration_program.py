@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -50,6 +51,10 @@ class IterationProgram:
     def rows(self) -> FloatArray:
         """A (m, N) in float64, its numbers those of the tables."""
         return _written(self.tables)[0]
+
+    def sizes(self) -> tuple[FloatArray, FloatArray]:
+        """(m, N) and (m, n): on |z| and on |x|, the sizes of the terms that rows are summed of."""
+        return _written(self.tables, np.abs)
 
     def rows_at_free(self) -> FloatArray:
         """(m, p + 1) the rows at the optimum without rows."""
@@ -125,12 +130,15 @@ def iteration_program(
     )
 
 
-def _written(tables: ActiveSetTables) -> tuple[FloatArray, FloatArray]:
-    """A (m, N), and E (m, n) of the plant behind it (n = 0 without), in float64."""
+def _written(
+    tables: ActiveSetTables, of: Callable[[FloatArray], FloatArray] = np.asarray
+) -> tuple[FloatArray, FloatArray]:
+    """A (m, N), and E (m, n) of the plant behind it (n = 0 without), in float64; ``of`` is applied
+    to the tables."""
     rows = tables.rows
     assert isinstance(rows, StageRows | ColumnRows)
     numbers: dict[str, Any] = {one.name: getattr(rows, one.name) for one in fields(rows)}
-    wide = {k: v.astype(np.float64) for k, v in numbers.items() if isinstance(v, np.ndarray)}
+    wide = {k: of(v.astype(np.float64)) for k, v in numbers.items() if isinstance(v, np.ndarray)}
     exact: StageRows | ColumnRows = replace(rows, **{**numbers, **wide})
     on_variables = np.array([exact.product(unit) for unit in np.eye(exact.variables)]).T
     if isinstance(exact, ColumnRows):

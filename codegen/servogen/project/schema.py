@@ -104,7 +104,8 @@ class Solver(Section):
         Method,
         Field(
             description="the paper's iteration (20)-(21), or the dual active-set method; "
-            '`solver = "active_set"` in `[controller]` is this key alone'
+            '`solver = "active_set"` in `[controller]` is this key alone, with no table '
+            "`[controller.solver]` beside it: TOML takes one or the other"
         ),
     ] = "pqp"
     iteration_cap: Annotated[
@@ -125,7 +126,12 @@ class Solver(Section):
     ] = 1e-4
     constraint_margin: Annotated[
         float,
-        Field(ge=0, le=0.01, description="tightening of the rows; 1e-5 by default with float32"),
+        Field(
+            ge=0,
+            le=0.01,
+            description="tightening of the rows; below 1e-9 (float32: 1e-5) it is raised to that; "
+            "1e-5 by default with float32",
+        ),
     ] = 1e-6
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from servogen.precision import FloatArray
 from servogen.qp.errors import ProgramError
 from servogen.qp.ordered import dot, matvec
+from servogen.qp.stage_arguments import stage_arguments
 
 
 class RowTables(Protocol):
@@ -210,12 +211,14 @@ def stage_rows(
         terminal, limited, inputs, outer, bounds: as its attributes; None: no such rows.
 
     Raises:
-        ProgramError: all rows are bounds or all are terminal: they need no plant.
+        ProgramError: an argument cannot be used, or not with the others; responses are no numbers
+            in ``dtype``; all rows are bounds or all are terminal: they need no plant.
     """
+    stage, terminal, after, factors, real = stage_arguments(
+        stage, terminal, steps, limited, dtype, inputs, outer, bounds
+    )
     n = stage.shape[1] - inputs
     ahead, inner = stage[:n], stage[n:]
-    after = np.zeros((0, n + inputs)) if outer is None else outer
-    factors = np.zeros(0) if bounds is None else bounds
     states = limited + len(inner) + len(after)
     if not states and not (factors.size and len(terminal)):
         found = "terminal ones alone" if len(terminal) else "bounds of variables alone"
@@ -223,16 +226,23 @@ def stage_rows(
         raise ProgramError("rows", found, expected)
     state, moved = np.zeros((n, inputs)), ahead[:, n:]
     impulse, last = [], []
-    for d in range(steps):
-        direct = np.eye(inputs) if d == 0 else np.zeros((inputs, inputs))
-        before, now = np.vstack([state, direct]), np.vstack([moved, direct])
-        rows = np.vstack([moved[:limited], inner @ before, after @ now])
-        impulse.append(rows[:, ::-1])
-        last.append((terminal @ moved)[:, ::-1])
-        state, moved = moved, ahead[:, :n] @ moved
+    with np.errstate(all="ignore"):  # what is no number is refused below
+        for d in range(steps):
+            direct = np.eye(inputs) if d == 0 else np.zeros((inputs, inputs))
+            before, now = np.vstack([state, direct]), np.vstack([moved, direct])
+            rows = np.vstack([moved[:limited], inner @ before, after @ now])
+            impulse.append(rows[:, ::-1])
+            last.append((terminal @ moved)[:, ::-1])
+            state, moved = moved, ahead[:, :n] @ moved
+        largest = max(
+            float(np.max(np.abs(np.hstack(kind)), initial=0.0)) for kind in (impulse, last)
+        )
+    if not largest <= float(np.finfo(real).max):
+        said = f"such that its responses over {steps} steps lead beyond {real.name}"
+        raise ProgramError("stage", said, "outputs and inputs scaled nearer to one")
 
     def rounded(values: FloatArray) -> FloatArray:
-        array = np.ascontiguousarray(values, dtype=dtype)
+        array = np.ascontiguousarray(values, dtype=real)
         array.flags.writeable = False
         return array
 

@@ -106,6 +106,8 @@ def _worst_case(found: Mapping[str, Any], cap: Any) -> Cell:
         return Cell("exact", GOOD) if enough else Cell("exact, above the cap", BAD)
     if found.get("refuted"):
         return Cell(f"not certified: {any_cell(found['refuted']).text} were taken", BAD)
+    if found.get("finished") is True and found.get("rounding_may_cost_more"):
+        return Cell("not certified: rows may round to more than accept", MUTED)
     why = "not attained" if found.get("finished") is True else "not finished"
     return Cell(f"not certified: {why}", MUTED)
 

@@ -201,6 +201,11 @@ def _told(found: IterationCertificate, when: str) -> str:
         return f"at most {found.bound} iterations {when}, attained ({found.pieces} pieces)"
     if found.finished and found.refuted:
         return f"{found.bound} {when} by {found.pieces} pieces, but {found.refuted} were taken"
+    if found.finished and found.rounds:
+        least = (
+            f"accept {found.accept:.1e} is not above the {found.rounding:.1e} that rows round to"
+        )
+        return f"{found.bound} {when} by {found.pieces} pieces, but {least}"
     if found.finished:
         return f"at most {found.bound} {when}, {found.attained} seen ({found.pieces} pieces)"
     return f"{when} not finished after {found.pieces} pieces, {found.attained} iterations seen"
@@ -213,6 +218,9 @@ def _figures(found: IterationCertificate) -> dict[str, object]:
         "bound": found.bound,
         "attained": found.attained,
         "refuted": found.refuted,
+        "rounding": found.rounding,
+        "accept": found.accept,
+        "rounding_may_cost_more": found.rounds,
         "pieces": found.pieces,
         "flat_pieces": found.flat,
         "starting_sets": found.starts,
