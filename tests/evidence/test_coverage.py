@@ -46,9 +46,9 @@ def covered(name: str) -> Covered:
 
 
 @cache
-def by_active_set() -> Covered:
+def by_active_set(precision: str) -> Covered:
     """The MPC of that method alone; many calls, for a row that makes room for another is rare."""
-    v = Variant("covas", horizon=9, cap=30, precision="float32", method="active_set")
+    v = Variant("covas", horizon=9, cap=30, precision=precision, method="active_set")
     mpc = TrackingMpc(design(v).mpc[0])
     one = subject(v, emit_package(v.prefix, (mpc.declaration,)))
     calls = [*edge_calls(mpc.declaration), *random_calls(mpc.design, SEED + 1, 500)]
@@ -65,15 +65,17 @@ def test_every_branch_is_reached_or_listed(name):
     assert 0 < result.measured.gcov_taken <= result.measured.gcov_branches
 
 
-def test_every_branch_of_the_active_set_method_is_reached_or_listed():
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_every_branch_of_the_active_set_method_is_reached_or_listed(precision):
     file = "covas_mpc.c"  # without the cascade, the shared headers have branches of others
-    assert [fault for fault in by_active_set().faults if fault.startswith(file)] == []
-    assert file in by_active_set().files
+    result = by_active_set(precision)
+    assert [fault for fault in result.faults if fault.startswith(file)] == []
+    assert file in result.files
 
 
 def test_every_entry_of_the_list_is_needed_somewhere():
     every = [
-        by_active_set(),
+        *(by_active_set(precision) for precision in ("float32", "float64")),
         *(covered(name) for name in VARIANTS),
         *(on_servo(name) for name in AXES),
     ]
