@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 import pytest
+from answered import Answered, answered
 from core_designs import temporary_folder
 from servo_designs import Axis, package, parts
 from test_mutants import nudge, swap
@@ -14,7 +15,6 @@ from test_mutants import nudge, swap
 from servogen.emit.package import CPackage
 from servogen.sil.build import compile_package
 from servogen.sil.compiled import CompiledController
-from servogen.sil.harness import compare
 from servogen.sil.servo_scenarios import servo_suite
 
 pytestmark = pytest.mark.xdist_group("servo mutants")
@@ -75,15 +75,18 @@ def everything() -> Any:
     )
 
 
+@cache
+def reference_answers(axis: Axis) -> list[Answered]:
+    return answered(servo_suite(parts(axis), 5, 400))
+
+
 @pytest.mark.parametrize("name", MUTANTS)
 def test_the_suite_reports_it(name: str) -> None:
     made, prefix = mutant(name)
     axis = AXIS[MUTANTS[name][0]]
     found = []
-    for case in servo_suite(parts(axis), 5, 400):
-        reference = case.reference()
-        own = reference.declaration.prefix.replace(prefix, made.name)
+    for case in reference_answers(axis):
+        own = case.declaration.prefix.replace(prefix, made.name)
         declaration = next(d for d in made.declarations if d.prefix == own)
-        c = CompiledController(everything(), declaration)
-        found.append(compare(reference, c, case.calls).passed)
+        found.append(case.held_against(CompiledController(everything(), declaration)).passed)
     assert not all(found)
