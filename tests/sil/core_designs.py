@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from shared_builds import compiled_once
 
 from servogen.controllers.cascade_design import CascadeDesign, declare_parts
 from servogen.controllers.fast_design import FastDesign, compensation
@@ -25,7 +26,6 @@ from servogen.qp.condense import TrackingWeights
 from servogen.qp.tolerances import MINIMUM_MARGIN
 from servogen.sets.admissible import AdmissibleSet, maximal_admissible_set
 from servogen.sets.constraints import AxisLimits
-from servogen.sil.build import compile_package
 
 LIMITS = AxisLimits(0.4, 0.7, 14.71, 0.035)
 OTHER_LIMITS = AxisLimits(0.3, 0.6, 12.0, 0.03)
@@ -159,5 +159,4 @@ def compiled(*variants: Variant, quick: bool = False) -> Any:
 
     ``quick`` compiles with -O0, in a third of the time: the bits are the same by construction.
     """
-    folder = temporary_folder(variants[0].prefix)
-    return compile_package([package(v) for v in variants], folder, ["-O0"] if quick else [])
+    return compiled_once([package(v) for v in variants], ["-O0"] if quick else [])

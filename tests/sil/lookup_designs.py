@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from core_designs import temporary_folder
+from shared_builds import compiled_once
 
 from servogen.controllers.lookup_design import LookupDesign, declare_lookup, design_lookup
 from servogen.emit.package import CPackage, emit_package
@@ -22,7 +22,6 @@ from servogen.explicit.pieces import arrange
 from servogen.explicit.turned import turned
 from servogen.precision import PRECISIONS
 from servogen.qp.parametric import ParametricQP, parametric_qp
-from servogen.sil.build import compile_package
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "explicit"))
 
@@ -142,6 +141,4 @@ def package(precision: str) -> CPackage:
 
 @cache
 def compiled() -> Any:
-    return compile_package(
-        [package("float64"), package("float32")], temporary_folder("lookup"), ["-O1"]
-    )
+    return compiled_once([package("float64"), package("float32")], ["-O1"])

@@ -7,7 +7,7 @@ from functools import cache
 
 import daqp
 import numpy as np
-from core_designs import temporary_folder
+from shared_builds import compiled_once
 
 from servogen.controllers.design import Status
 from servogen.controllers.qp_solver_design import (
@@ -19,7 +19,7 @@ from servogen.controllers.qp_solver_design import (
 from servogen.emit.package import emit_package
 from servogen.precision import PRECISIONS
 from servogen.qp.row_tables import RowTables, stage_rows
-from servogen.sil.build import Module, compile_package
+from servogen.sil.build import Module
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call
 from servogen.sil.player import struct_layout
@@ -120,9 +120,8 @@ def designs(precision: str) -> dict[str, QpSolverDesign]:
 def compiled(precision: str) -> Module:
     """At -O1: the bits are the same, and the time is the compiler's. What is emitted for the
     machines of the other tests is compiled at -O3."""
-    folder = temporary_folder(f"qp_{precision}")
     own = tuple(declare_qp_solver(design) for design in designs(precision).values())
-    return compile_package([emit_package("programs", own)], folder, ("-O1",))
+    return compiled_once([emit_package("programs", own)], ("-O1",))
 
 
 def in_c(name: str, precision: str = "float64") -> CompiledController:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from core_designs import temporary_folder
+from shared_builds import compiled_once
 
 from servogen.controllers.kalman import Noise, design_filter
 from servogen.controllers.lookup_design import design_lookup
@@ -29,7 +29,6 @@ from servogen.emit.package import CPackage, emit_package
 from servogen.explicit.choose import Choice, choose
 from servogen.plants.sampled import Sampled
 from servogen.precision import PRECISIONS
-from servogen.sil.build import compile_package
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "controllers"))
 
@@ -131,5 +130,4 @@ def package(axis: Axis) -> CPackage:
 
 @cache
 def compiled(*axes: Axis) -> Any:
-    folder = temporary_folder(axes[0].prefix)
-    return compile_package([package(axis) for axis in axes], folder, ["-O1"])
+    return compiled_once([package(axis) for axis in axes], ["-O0"])

@@ -17,6 +17,7 @@ from core_designs import temporary_folder
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from shared_builds import compiled_once
 
 from servogen.controllers.design import Declaration, Port, Status, Value
 from servogen.controllers.errors import DesignError
@@ -25,7 +26,7 @@ from servogen.controllers.motion_window_design import MotionWindowDesign, declar
 from servogen.emit.package import CPackage, emit_package
 from servogen.paths.minimal_motion import look_ahead, minimal_motion, tube_around
 from servogen.precision import PRECISIONS
-from servogen.sil.build import Module, compile_package
+from servogen.sil.build import Module
 from servogen.sil.compiled import CompiledController
 from servogen.sil.edges import edge_calls
 from servogen.sil.harness import Call, compare
@@ -55,7 +56,7 @@ def package(precision: str) -> CPackage:
 
 @cache
 def compiled(precision: str) -> Module:
-    return compile_package([package(precision)], temporary_folder(f"motion_{precision}"))
+    return compiled_once([package(precision)], ())
 
 
 def in_c(shape: str, precision: str = "float64") -> CompiledController:

@@ -173,7 +173,7 @@ def test_c_is_the_reference_bit_for_bit() -> None:
     chosen += [near_design(seed, "float32", 1e-4) for seed in (22, 45, 128)]
     chosen += [made_far(seed) for seed in FAR]
     package = emit_package("near", tuple(declare_qp_solver(design) for design in chosen))
-    module = compile_package([package], temporary_folder("near"), ("-O1",))
+    module = compile_package([package], temporary_folder("near"), ("-O0",))
     for design in chosen:
         given = [Call("reset", {}), *(call(*side) for side in sides[design.prefix])]
         given += [given[-2]] * 4

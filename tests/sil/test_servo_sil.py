@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from core_designs import temporary_folder
 from servo_designs import Axis, compiled, parts
+from shared_builds import compiled_once
 
 from servogen.controllers.errors import DesignError
 from servogen.controllers.lookup import Lookup
@@ -19,7 +19,6 @@ from servogen.emit.package import emit_package
 from servogen.explicit.choose import Choice
 from servogen.precision import PRECISIONS
 from servogen.project.servo_load import load_servo_project
-from servogen.sil.build import compile_package
 from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import Call, Twin, compare
 from servogen.sil.servo_scenarios import servo_suite
@@ -81,7 +80,7 @@ def example(precision: str) -> tuple[ServoDrive, ServoParts, object]:
     servo = servo_drive(load_servo_project(EXAMPLE))
     own = servo_parts(servo, _choice(), precision=PRECISIONS[precision])
     made = emit_package("headstock", own.declarations())
-    return servo, own, compile_package([made], temporary_folder(precision), ["-O1"])
+    return servo, own, compiled_once([made], ["-O1"])
 
 
 @cache
