@@ -12,7 +12,7 @@ from servogen.errors import InputError
 from servogen.progress import Silent
 from servogen.project.systems import load_any_project
 from servogen.steps.equivalence import equivalence
-from servogen.steps.prepare import prepare
+from servogen.steps.prepare import Prepared, prepare
 from servogen.systems.servo_drive import tracking_problem
 from servogen.systems.servo_loop import track_ideal
 
@@ -27,8 +27,13 @@ SMALL = ("control_horizon = 3", "control_horizon = 2")
 SHORT = ("stroke_deg = 270.0", "stroke_deg = 0.9")
 
 
-def test_a_bound_at_a_few_samples_is_built_proved_and_equal(tmp_path: Path) -> None:
-    prepared = prepare(load_any_project(changed(tmp_path, *HELD, FEW, SMALL, SHORT)), Silent())
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory: pytest.TempPathFactory) -> Prepared:
+    path = changed(tmp_path_factory.mktemp("bounded"), *HELD, FEW, SMALL, SHORT)
+    return prepare(load_any_project(path), Silent())
+
+
+def test_a_bound_at_a_few_samples_is_built_proved_and_equal(prepared: Prepared) -> None:
     own = prepared.system
     problem = own.parts.mpc.problem.qp
     assert problem.rows.shape == (4, 2)
@@ -37,9 +42,9 @@ def test_a_bound_at_a_few_samples_is_built_proved_and_equal(tmp_path: Path) -> N
     assert found.passed, found.lines()
 
 
-def test_motion_is_held_at_the_bound(tmp_path: Path) -> None:
+def test_motion_is_held_at_the_bound(prepared: Prepared) -> None:
     """A reference that goes beyond: the axis stops at the bound and stays there."""
-    own = system(tmp_path, *HELD, FEW, SMALL, SHORT)
+    own = prepared.system
     problem, plant = tracking_problem(own.servo), own.servo.plant
     run = track_ideal(problem, plant, lambda t: np.minimum(20.0 * t, 1.5), 250)
     assert np.max(run.output) <= 1.0 + 1e-9

@@ -15,7 +15,7 @@ from servogen.progress import Silent
 from servogen.project.systems import load_any_project
 from servogen.sil.harness import Stepwise
 from servogen.steps.equivalence import LoopCheck, SilResult, equivalence
-from servogen.steps.prepare import prepare
+from servogen.steps.prepare import Prepared, prepare
 from servogen.steps.servo_run import simulate
 from servogen.steps.system import LoopEnd
 from servogen.systems.metrics import Bound
@@ -27,24 +27,29 @@ SIDES = (
 )
 
 
-def test_a_drive_with_more_current_one_way_is_built_proved_and_equal(tmp_path: Path) -> None:
-    prepared = prepare(load_any_project(changed(tmp_path, *SIDES)), Silent())
-    own = prepared.system
+@pytest.fixture(scope="module")
+def lopsided(tmp_path_factory: pytest.TempPathFactory) -> Prepared:
+    """More current one way."""
+    return prepare(load_any_project(changed(tmp_path_factory.mktemp("sides"), *SIDES)), Silent())
+
+
+def test_a_drive_with_more_current_one_way_is_built_proved_and_equal(lopsided: Prepared) -> None:
+    own = lopsided.system
     low, high = own.parts.lookup.low, own.parts.lookup.high
     assert (low.tolist(), high.tolist()) == ([-800.0], [1200.0])
     form = own.parts.lookup.form
     assert isinstance(form, TreeLookup)
     assert form.tree.mirror < 0  # none: zero is not in the middle
     assert np.any(form.offsets)
-    text = prepared.package.files["headstock_pid_tables.h"]
+    text = lopsided.package.files["headstock_pid_tables.h"]
     assert "-800" in text
     assert "1200" in text
-    found = equivalence(prepared, 30, Silent())
+    found = equivalence(lopsided, 30, Silent())
     assert found.passed, found.lines()
 
 
-def test_a_drive_with_more_current_one_way_uses_both_sides_of_it(tmp_path: Path) -> None:
-    own = system(tmp_path, *SIDES)
+def test_a_drive_with_more_current_one_way_uses_both_sides_of_it(lopsided: Prepared) -> None:
+    own = lopsided.system
     found = simulate(own.servo, own.parts, None, Silent())
     assert found.passed, found.faults
     assert {row.largest_current_ma for row in found.rows if "pull" in row.task} == {1200.0}
