@@ -26,6 +26,7 @@ RUNTIME_FILES = (
     "sg_pqp.h",
     "sg_quotient.h",
     "sg_status.h",
+    "sg_taut.h",
 )
 
 
