@@ -31,7 +31,7 @@ from servogen.controllers.iteration_parts import active_set_parts
 from servogen.controllers.mpc_design import POSITION_FACTOR, state_bounds, state_ports
 from servogen.plants.statespace import Discrete, StateSpace, discretise
 from servogen.precision import FloatArray, Precision
-from servogen.qp.dual_active_set import ActiveSetTables, active_set_tables
+from servogen.qp.active_set_tables import ActiveSetTables, active_set_tables
 from servogen.qp.tolerances import QpTolerances, tolerances
 from servogen.sets.constraints import AxisLimits
 from servogen.sets.extended import ExtendedSet

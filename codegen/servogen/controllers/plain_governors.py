@@ -23,7 +23,8 @@ from servogen.controllers.errors import DesignError
 from servogen.controllers.qp_solver_design import design_qp_solver
 from servogen.plants.statespace import FloatArray
 from servogen.precision import FLOAT64
-from servogen.qp.dual_active_set import empty_set, solve
+from servogen.qp.active_set_factor import empty_set
+from servogen.qp.dual_active_set import solve
 from servogen.sets.extended import ExtendedSet
 
 # Bounds are drawn in by this share of a limit, nine tenths of which an answer may use up.
