@@ -14,6 +14,8 @@ from servogen.controllers.command_governor_design import (
     cast_rows,
     declare_axis_governor,
     declare_command_governor,
+    far_rows,
+    stroke_rows,
 )
 from servogen.controllers.command_governor_path import IntArray, Reach, predicted_indices
 from servogen.controllers.design import Status, Value
@@ -100,9 +102,7 @@ class AxisGovernor:
         d = self.design
         origin = state[0]
         rows = d.solver.rows.product(self.moved() - origin, self._start(state))
-        stroke = self._real(d.program.stroke_m * (1.0 / d.program.scale_m) - d.tol.margin)
-        # no position is as far from another one, in strokes
-        far = self._real(4.0 * POSITION_FACTOR * d.reach.position_m / d.program.scale_m)
+        stroke, far = self._real(stroke_rows(d)), self._real(far_rows(d))
         lowest, highest = np.full(d.intervals, far), np.full(d.intervals, -far)
         # the position at which the first interval begins
         lowest[0] = highest[0] = self._real(0.0)

@@ -156,7 +156,8 @@ def design_command_governor(
 
 
 def _interval_ports(design: AxisGovernorDesign, names: tuple[str, str], doc: str) -> list[Port]:
-    reach = design.reach.position_m * POSITION_FACTOR + design.program.scale_m
+    # a stroke beyond any point of the path, and what rounding may add
+    reach = design.reach.position_m * POSITION_FACTOR + 2.0 * design.program.scale_m
     return [
         Port(name, "m", f"{which} {doc}", size=design.intervals, low=-reach, high=reach)
         for name, which in zip(names, ("least", "greatest"), strict=True)
@@ -205,7 +206,11 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
         constants=(
             Constant("position_scale", 1.0 / program.scale_m, "1/m: positions to rows"),
             Constant("centre", program.centre_m, "m: middle of the position range"),
-            Constant("stroke", program.stroke_m, "m: fast stage range used"),
+            Constant("unit", program.scale_m, "m: rows to positions"),
+            Constant(
+                "stroke", stroke_rows(design), "range of the fast stage used, drawn in, as rows"
+            ),
+            Constant("far", far_rows(design), "further than two positions are apart, as rows"),
             Constant("command_limit", far, "m: no command beyond it"),
             Constant("margin", tol.margin, "the bounds are drawn in by this share"),
             Constant("tolerance", tol.accept, "violation of the drawn-in bounds accepted"),
@@ -255,7 +260,12 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
                 ),
                 outputs=(command, iterations),
             ),
-            Operation("hold", "No usable measurement: the moved plan.", outputs=(command,)),
+            Operation(
+                "hold",
+                "No usable measurement: the moved plan.",
+                outputs=(command,),
+                returns_status=False,
+            ),
         ),
         facts=iteration.facts,
     )
@@ -335,6 +345,16 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         uses=tuple(part.prefix for part in design.axes),
         facts={"after": design.after},
     )
+
+
+def stroke_rows(design: AxisGovernorDesign) -> float:
+    """The stroke less its margins, as positions are in the rows."""
+    return design.program.stroke_m * (1.0 / design.program.scale_m) - design.tol.margin
+
+
+def far_rows(design: AxisGovernorDesign) -> float:
+    """No position is as far from another one, as positions are in the rows."""
+    return 4.0 * POSITION_FACTOR * design.reach.position_m / design.program.scale_m
 
 
 def cast_rows(design: AxisGovernorDesign) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -1,0 +1,65 @@
+"""Small extended command governors and their compiled packages, each made once."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from servogen.controllers.command_governor_design import (
+    AxisGovernorDesign,
+    CommandGovernorDesign,
+    GovernorSettings,
+)
+from servogen.precision import PRECISIONS
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "controllers"))
+
+from governed_machine import machine
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What may differ between the governors under test."""
+
+    prefix: str
+    precision: str = "float64"
+    horizon: int = 4
+    points: int = 10
+    cap: int = 60
+    sub_step: bool = False
+    margin: float = 0.0
+    after: bool = True
+    sub_samples: int = 3
+
+
+SHAPES = {
+    "float64": Shape("g64"),
+    "float32": Shape("g32", "float32"),
+    "at the cap": Shape("cap64", cap=1),
+    "at the cap, float32": Shape("cap32", "float32", cap=2),
+    "rows between the samples": Shape("sub", sub_step=True, margin=0.001, after=False),
+    "one period": Shape("one", "float32", horizon=1, points=1, sub_samples=1),
+    "blocks that are left over": Shape("left", horizon=6, points=3),
+}
+
+
+@cache
+def governor(shape: Shape) -> CommandGovernorDesign:
+    """Of the machine of paper 4."""
+    chosen = GovernorSettings(
+        cap=shape.cap,
+        sub_step_stroke=shape.sub_step,
+        stroke_margin_m=shape.margin,
+        after=shape.after,
+    )
+    made = machine(
+        shape.horizon, chosen, shape.points, shape.sub_samples, PRECISIONS[shape.precision]
+    )
+    x, y = (replace(a, prefix=f"{shape.prefix}_{n}") for n, a in zip("xy", made.axes, strict=True))
+    return replace(made, prefix=shape.prefix, axes=(x, y))
+
+
+def axis(shape: Shape) -> AxisGovernorDesign:
+    return governor(shape).axes[0]
