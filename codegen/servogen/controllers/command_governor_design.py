@@ -37,6 +37,7 @@ from servogen.sets.constraints import AxisLimits
 from servogen.sets.extended import ExtendedSet
 
 AXES = ("x", "y")
+_SCRATCH = "workspace, no meaning between calls"
 
 
 @dataclass(frozen=True)
@@ -294,6 +295,7 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
     n, first = design.axes[0].plant.order, design.axes[0]
     both = list(zip(AXES, design.axes, strict=True))
     states = tuple(p for axis, part in both for p in state_ports(f"{axis}_", n, part.reach))
+    window = path_ports(design)
     starts = tuple(
         Port(f"position_{axis}", "m", "first point, where the stage stands", low=-far, high=far)
         for axis, far in ((a, part.reach.position_m * POSITION_FACTOR) for a, part in both)
@@ -323,8 +325,18 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
             Dimension("WINDOW", design.window, "points ahead that a plan can use"),
             Dimension("INTERVALS", first.intervals, "periods of the plan, and all that follows"),
             Dimension("VARIABLES", first.program.variables, "commands of the plan"),
+            Dimension("ROUNDS", 2 * first.program.variables, "turns of the planning"),
         ),
-        constants=(),
+        constants=(
+            *(
+                Constant(f"stroke_{a}", part.program.stroke_m, "m: fast range used")
+                for a, part in both
+            ),
+            *(
+                Constant(f"limit_{a}", part.reach.position_m * POSITION_FACTOR, "m: of the points")
+                for a, part in both
+            ),
+        ),
         tables=(),
         state=(
             *(StateField(f"last_{axis}", "the last point machined, m") for axis in AXES),
@@ -332,19 +344,48 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 "planned", "points machined at the start of an interval", "INTERVALS", "int32_t"
             ),
             *(StateField(axis, "of the axis", type=part.prefix) for axis, part in both),
+            StateField("indices", f"{_SCRATCH}: the new ones", "INTERVALS", "int32_t"),
+            StateField(
+                "parts",
+                f"{_SCRATCH}: intervals before which points were taken",
+                "INTERVALS",
+                "int32_t",
+            ),
+            *(
+                StateField(f"{end}_{axis}", f"{_SCRATCH}: in reach {doc}", "INTERVALS")
+                for axis in AXES
+                for end, doc in (
+                    ("least", "in an interval"),
+                    ("greatest", "in an interval"),
+                    ("least_on", "from one on"),
+                    ("greatest_on", "from one on"),
+                )
+            ),
+            StateField("ready", "1 after a successful reset", type="int32_t"),
         ),
         operations=(
             Operation("reset", "Stand still at the first point.", inputs=starts),
             Operation(
                 "step",
                 "Plan from the measured state and give the commands and points of this period.",
-                inputs=(*states, *path_ports(design)),
+                inputs=(*states, *window),
                 outputs=tuple(outputs),
             ),
         ),
-        uses=tuple(part.prefix for part in design.axes),
-        facts={"after": design.after},
+        uses=tuple(dict.fromkeys(part.prefix for part in design.axes)),
+        facts={
+            "after": design.after,
+            "axes": {axis: part.prefix for axis, part in both},
+            "checked": (*states, *(port for port in window if not port.size)),
+        },
     )
+
+
+def declare_governor_parts(design: CommandGovernorDesign) -> tuple[Declaration, ...]:
+    """Declarations of the axes, once where both are the same one, and of the governor."""
+    parts = {part.prefix: part for part in design.axes}
+    own = tuple(declare_axis_governor(part) for part in parts.values())
+    return (*own, declare_command_governor(design))
 
 
 def stroke_rows(design: AxisGovernorDesign) -> float:

@@ -7,17 +7,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from servogen.controllers.command_governor import AxisGovernor
-from servogen.controllers.command_governor_design import AxisGovernorDesign
-from servogen.controllers.design import Port, Value
+from servogen.controllers.command_governor import AxisGovernor, CommandGovernor
+from servogen.controllers.command_governor_design import (
+    AXES,
+    AxisGovernorDesign,
+    CommandGovernorDesign,
+)
+from servogen.controllers.design import Port, Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR
 from servogen.precision import FloatArray
 from servogen.sil.harness import Call
 
 # Shares of the calls whose measurement is no use, and of those that are a push of the stage.
 _BAD, _PUSHED = 0.03, 0.15
-# Calls between two resets.
+# Calls between two resets, and of the windows that are whole and those that are cut short.
 _RUN = 25
+_SEEN = (0.8, 0.2)
 
 
 def axis_governor_calls(
@@ -57,7 +62,66 @@ def axis_governor_calls(
             yield _made(own, Call("hold"))
 
 
-def _made(own: AxisGovernor, call: Call) -> Call:
+def command_governor_calls(
+    design: CommandGovernorDesign, rng: np.random.Generator, count: int
+) -> Iterator[Call]:
+    """``count`` periods of both axes around a reference of their own: paths machined to their end,
+    windows that are cut short, and what is beyond them no number."""
+    own = CommandGovernor(design)
+    names = [port.name for port in own.declaration.operation("step").inputs]
+    n = design.axes[0].plant.order
+    path, first, ended = np.zeros((0, 2)), 0, 0
+    for index in range(count):
+        if index % (2 * _RUN) == 0 or ended > 1:
+            path, first, ended = _figures(design, rng), 0, 0
+            start: dict[str, Value] = {f"position_{a}": path[0, i] for i, a in enumerate(AXES)}
+            yield _made(own, Call("reset", start))
+        left = min(design.window, len(path) - 1 - first)
+        seen = int(rng.choice([left, min(left, int(rng.integers(0, design.points + 2)))], p=_SEEN))
+        inputs: dict[str, Value] = {"n_points": seen}
+        for i, axis in enumerate(design.axes):
+            state = _measured(axis, own.axes[i].predicted, rng)
+            inputs |= dict(zip(names[i * n : (i + 1) * n], state.tolist(), strict=True))
+            part = path[first + 1 : first + 1 + seen, i]
+            slow = part + axis.program.stroke_m * rng.uniform(-0.5, 0.5)
+            for name, values in (("points", part), ("slow", slow)):
+                window = np.full(design.window, rng.choice([np.nan, np.inf, 1e30, 0.0]))
+                window[:seen] = np.clip(values, -_far(axis), _far(axis))
+                inputs[f"{name}_{AXES[i]}"] = window
+        _spoil(own.declaration.operation("step").inputs, inputs, rng)
+        status, out = own.call("step", inputs)
+        first += int(np.asarray(out["points_taken"]))
+        ended += status is Status.FINISHED and left == 0
+        yield Call("step", inputs)
+
+
+def _figures(design: CommandGovernorDesign, rng: np.random.Generator) -> FloatArray:
+    """(J, 2) m from where a stage can stand: figures of about a stroke that drift away, at the
+    speed that the stage has and at more; a jump now and then."""
+    size = int(rng.choice([1, 3, int(rng.integers(4, 4 * design.window))], p=[0.04, 0.06, 0.9]))
+    t = np.arange(size)
+    columns = []
+    for axis in design.axes:
+        stroke, centre = axis.program.stroke_m, axis.program.centre_m
+        speed = axis.reach.velocity_m_per_s * axis.plant.sample_time_s / design.points
+        drift = speed * float(rng.choice([0.0, 0.1, 0.5, 1.0])) * rng.choice([-1.0, 1.0]) * t
+        wide = stroke * float(rng.choice([0.2, 0.8, 1.0, 1.3]))
+        figure = wide * np.sin(rng.choice([0.3, 2.0, 6.0]) * t / design.points + rng.uniform(0, 6))
+        if rng.random() < 0.1:
+            figure[int(rng.integers(size)) :] += stroke * rng.uniform(0.5, 2.5)
+        half = axis.reach.position_m - abs(centre)
+        here = rng.uniform(-0.7, 0.7) * half + figure + drift
+        # folded back at the end of the axis, a little inside of it or beyond
+        end = half * float(rng.choice([0.9, 1.05]))
+        columns.append(centre + end - np.abs(np.mod(here + end, 4.0 * end) - 2.0 * end))
+    path: FloatArray = np.stack(columns, axis=1)
+    for i, axis in enumerate(design.axes):
+        half = axis.reach.position_m - abs(axis.program.centre_m)
+        path[0, i] = np.clip(path[0, i], axis.program.centre_m - half, axis.program.centre_m + half)
+    return path
+
+
+def _made(own: AxisGovernor | CommandGovernor, call: Call) -> Call:
     own.call(call.operation, call.inputs)
     return call
 
