@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -11,7 +12,9 @@ from servogen.controllers.command_governor_design import (
     AxisGovernorDesign,
     CommandGovernorDesign,
     GovernorSettings,
+    declare_governor_parts,
 )
+from servogen.emit.package import CPackage, emit_package
 from servogen.precision import PRECISIONS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "controllers"))
@@ -54,7 +57,7 @@ def governor(shape: Shape) -> CommandGovernorDesign:
         stroke_margin_m=shape.margin,
         after=shape.after,
     )
-    made = machine(
+    made: CommandGovernorDesign = machine(
         shape.horizon, chosen, shape.points, shape.sub_samples, PRECISIONS[shape.precision]
     )
     x, y = (replace(a, prefix=f"{shape.prefix}_{n}") for n, a in zip("xy", made.axes, strict=True))
@@ -63,3 +66,23 @@ def governor(shape: Shape) -> CommandGovernorDesign:
 
 def axis(shape: Shape) -> AxisGovernorDesign:
     return governor(shape).axes[0]
+
+
+def alike(design: CommandGovernorDesign) -> CommandGovernorDesign:
+    """Both axes on the same tables, as where they are the same machine."""
+    return replace(design, axes=(design.axes[0], design.axes[0]))
+
+
+def package(design: CommandGovernorDesign) -> CPackage:
+    """Of both axes and what they share."""
+    return emit_package(f"{design.prefix}p", declare_governor_parts(design))
+
+
+def swap(old: str, new: str) -> Callable[[str], str]:
+    """A mutant: the first ``old`` becomes ``new``."""
+
+    def change(text: str) -> str:
+        assert text.count(old) >= 1, old
+        return text.replace(old, new, 1)
+
+    return change

@@ -19,7 +19,7 @@ from servogen.precision import FloatArray
 from servogen.sil.harness import Call
 
 # Shares of the calls whose measurement is no use, and of those that are a push of the stage.
-_BAD, _PUSHED = 0.03, 0.15
+_BAD, _PUSHED = 0.06, 0.15
 # Calls between two resets, and of the windows that are whole and those that are cut short.
 _RUN = 25
 _SEEN = (0.8, 0.2)
@@ -63,14 +63,15 @@ def axis_governor_calls(
 
 
 def command_governor_calls(
-    design: CommandGovernorDesign, rng: np.random.Generator, count: int
+    design: CommandGovernorDesign, rng: np.random.Generator, count: int, bad: float = _BAD
 ) -> Iterator[Call]:
     """``count`` periods of both axes around a reference of their own: paths machined to their end,
-    windows that are cut short, and what is beyond them no number."""
+    windows that are cut short, and what is beyond them no number. ``bad``: share of no use."""
     own = CommandGovernor(design)
     names = [port.name for port in own.declaration.operation("step").inputs]
     n = design.axes[0].plant.order
-    path, first, ended = np.zeros((0, 2)), 0, 0
+    path: FloatArray = np.zeros((0, 2))
+    first, ended = 0, 0
     for index in range(count):
         if index % (2 * _RUN) == 0 or ended > 1:
             path, first, ended = _figures(design, rng), 0, 0
@@ -88,7 +89,7 @@ def command_governor_calls(
                 window = np.full(design.window, rng.choice([np.nan, np.inf, 1e30, 0.0]))
                 window[:seen] = np.clip(values, -_far(axis), _far(axis))
                 inputs[f"{name}_{AXES[i]}"] = window
-        _spoil(own.declaration.operation("step").inputs, inputs, rng)
+        _spoil(own.declaration.operation("step").inputs, inputs, rng, bad)
         status, out = own.call("step", inputs)
         first += int(np.asarray(out["points_taken"]))
         ended += status is Status.FINISHED and left == 0
@@ -150,9 +151,11 @@ def _measured(
     return state
 
 
-def _spoil(ports: tuple[Port, ...], inputs: dict[str, Value], rng: np.random.Generator) -> None:
+def _spoil(
+    ports: tuple[Port, ...], inputs: dict[str, Value], rng: np.random.Generator, bad: float = _BAD
+) -> None:
     """One of the values becomes none, infinite or too large."""
-    if rng.random() >= _BAD:
+    if rng.random() >= bad:
         return
     port = ports[int(rng.integers(len(ports)))]
     high = float(port.high or 0.0)
