@@ -114,7 +114,7 @@ def test_indices_are_those_of_the_reference_which_looks_at_every_point_again() -
 PLANNING: dict[str, Callable[[str], str]] = {
     "a round too few": swap("round < G64_ROUNDS", "round < (G64_ROUNDS - 4)"),
     "one point less": swap("k < (G64_POINTS + 1)", "k < G64_POINTS"),
-    "planned points are asked again": swap("if (number > given) {", "if (number > begin) {"),
+    "planned points are asked again": swap("(number > given) ?", "(number > begin) ?"),
     "planned points do not end an interval": swap("(number <= after) ? 1 : good", "good"),
     "the first that is good": swap("(good == 1) ? number", "((good == 1) && (ends < 0)) ? number"),
     "nothing is narrowed": swap("g64_narrow(self, next);", ""),
@@ -124,7 +124,7 @@ PLANNING: dict[str, Callable[[str], str]] = {
     "waits at the end alone": swap("g64_wait(self, part, interval, ends);", ""),
     "rejoins from the beginning": swap("from = i + 1;", "from = 0;"),
     "y is never in reach": swap("if (y > box->greatest_y)", "if (y > box->greatest_x)"),
-    "the last point": swap("if (number > in->n_points)", "if (number >= in->n_points)"),
+    "the last point": swap("if (number <= in->n_points)", "if (number < in->n_points)"),
 }
 
 
