@@ -48,6 +48,8 @@ def axis_governor_calls(
         centre = middle + rng.choice([0.0, 0.5, 0.9, 1.0, 1.0 + 1e-6, 1.2]) * half * rng.choice(
             [-1.0, 1.0]
         )
+        if rng.random() < 0.3:
+            centre = np.full_like(centre, centre[-1])  # to stay at: what binds is the end of it
         spread = rng.choice([0.0, 0.05, 0.3]) * np.abs(half)
         stroke, far = design.program.stroke_m, _far(design)
         low = np.clip(centre + spread - stroke, -far - stroke, far + stroke)
