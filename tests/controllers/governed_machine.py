@@ -31,8 +31,12 @@ def stage(pole: float = 20.0) -> StateSpace:
     return transfer_function([pole**3], np.poly([-pole] * 3))
 
 
-@cache
 def admissible(horizon: int, sub_samples: int = 3, pole: float = 20.0) -> ExtendedSet:
+    return _admissible(horizon, sub_samples, pole)
+
+
+@cache
+def _admissible(horizon: int, sub_samples: int, pole: float) -> ExtendedSet:
     register = shift_register(horizon)
     return extended_set(stage(pole), T_S, register, sub_samples, LIMITS, CENTRE)
 
@@ -66,28 +70,32 @@ def figures(seed: int, cells: int, points: int) -> np.ndarray:
         figure = middle + size * np.sin(turns * t[:, None] + phase)
         if parts:
             gap = figure[0] - parts[-1][-1]
-            share = np.arange(1.0, 40.0)[:, None] / 40.0
+            moves = points // 10
+            share = np.arange(1.0, moves)[:, None] / moves
             parts.append(parts[-1][-1] + share * gap)
         parts.append(figure)
     return np.vstack(parts)
 
 
-def least_motion(points: np.ndarray) -> np.ndarray:
-    """(J, 2) of least total variation in the tube, by a linear program: a stand-in for (19)."""
-    return np.stack([_least(column) for column in points.T], axis=1)
+def least_motion(points: np.ndarray, block: int = 1) -> np.ndarray:
+    """(J, 2) of least total variation in the tube, the same for ``block`` points at a time, by a
+    linear program: a stand-in for (19)."""
+    return np.stack([_least(column, block) for column in points.T], axis=1)
 
 
-def _least(own: np.ndarray) -> np.ndarray:
-    n, reach = own.size, STROKE - EPSILON
+def _least(points: np.ndarray, block: int) -> np.ndarray:
+    starts, reach = np.arange(0, points.size, block), STROKE - EPSILON
+    low = np.maximum.reduceat(points, starts) - reach
+    high = np.minimum.reduceat(points, starts) + reach
+    n = starts.size
     difference = scipy.sparse.diags_array(
         [-np.ones(n - 1), np.ones(n - 1)], offsets=[0, 1], shape=(n - 1, n)
     )
     one = scipy.sparse.eye_array(n - 1)
     rows = scipy.sparse.block_array([[difference, -one], [-difference, -one]], format="csr")
     cost = np.concatenate([np.zeros(n), np.ones(n - 1)])
-    low, high = own - reach, own + reach
-    low[[0, -1]] = high[[0, -1]] = own[[0, -1]]
+    low[[0, -1]] = high[[0, -1]] = points[[0, -1]]
     bounds = [*zip(low, high, strict=True), *([(0.0, None)] * (n - 1))]
     found = linprog(cost, A_ub=rows, b_ub=np.zeros(2 * n - 2), bounds=bounds, method="highs-ipm")
     assert found.status == 0
-    return np.clip(found.x[:n], low, high)
+    return np.repeat(np.clip(found.x[:n], low, high), block)[: points.size]

@@ -1,6 +1,7 @@
 """One axis of the extended command governor: the program, its optimum, properties (b) and (c)."""
 
 from ctypes import c_int
+from dataclasses import replace
 
 import daqp
 import numpy as np
@@ -10,7 +11,8 @@ from governed_machine import CENTRE, LIMITS, STROKE, T_S, admissible, machine, s
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servogen.controllers.command_governor import AxisGovernor
+from servogen.controllers.command_governor_axis import AxisGovernor
+from servogen.controllers.command_governor_declaration import declare_axis_governor
 from servogen.controllers.command_governor_design import (
     AxisGovernorDesign,
     GovernorSettings,
@@ -82,6 +84,58 @@ def test_rows_are_those_of_the_set() -> None:
     others = [i for i in range(program.rows.count) if i not in used]
     assert 4 <= len(others) <= 20
     assert np.all(program.first[others] == HORIZON + 1)
+
+
+@pytest.mark.parametrize("sub_step", [False, True])
+def test_declared_layout_is_that_of_all_rows(sub_step: bool) -> None:
+    """The tables of one period, written out for all of them."""
+    design = axis_design(sub_step=sub_step)
+    program, declared = design.program, declare_axis_governor(design)
+    table = {t.name: t.values for t in declared.tables}
+    limit, moves, first, second = [], [], [], []
+    for i in range(HORIZON + 1):
+        limit += list(table["step_limit"])
+        moves += list(table["step_moves"])
+        first += [i if kind else -1 for kind in table["step_stroke"]]
+        second += [i + (kind == 2) if kind else -1 for kind in table["step_stroke"]]
+    limit += list(table["end_limit"])
+    moves += list(table["end_moves"])
+    held = [HORIZON + 1 if kind else -1 for kind in table["end_stroke"]]
+    np.testing.assert_array_equal(limit, program.limit)
+    np.testing.assert_array_equal(moves, program.position)
+    np.testing.assert_array_equal(first + held, program.first)
+    np.testing.assert_array_equal(second + held, program.second)
+    constant = {c.name: c.value for c in declared.constants}
+    assert list(np.flatnonzero(program.settle)) == [program.rows.count - 1]
+    assert constant["settle"] == program.settle[-1]
+    own = [values.size for name, values in table.items() if name.startswith(("step_", "end_"))]
+    assert sum(own) == 3 * (6 + program.rows.count - program.rows.stages)
+    assert declared.fingerprint()["prefix"] == "governor_x"
+
+
+def test_the_stroke_holds_where_the_set_has_no_position_row() -> None:
+    """Implied rows are left out of a set, but not of what the stroke bounds."""
+    whole = admissible(HORIZON)
+    end = 3 * (HORIZON + 1)
+    gone = {("position", t) for t in (1, 2, 3, 14, end + 3)}
+    gone |= {("position", t) for t in range(2, end, 3)}
+    keep = [i for i, source in enumerate(whole.sources) if source not in gone]
+    less = replace(
+        whole,
+        h_x=whole.h_x[keep],
+        h_aux=whole.h_aux[keep],
+        h_rho=whole.h_rho[keep],
+        sources=tuple(whole.sources[i] for i in keep),
+    )
+    for sub_step, most in ((True, 3), (False, 1)):
+        wanted, found = (
+            governor_program(
+                stage(), target, GovernorWeights(), sub_step, 0.0, np.dtype(np.float64)
+            )
+            for target in (whole, less)
+        )
+        bounded = [p.rows.count - np.count_nonzero(p.first < 0) for p in (wanted, found)]
+        assert bounded[0] == bounded[1] > most * (HORIZON + 1) + 4
 
 
 def daqp_plan(
@@ -254,6 +308,25 @@ def _sub_step() -> tuple[np.ndarray, np.ndarray]:
     system = (a, np.array([[0.0], [0.0], [pole**3]]), np.eye(3), np.zeros((3, 1)))
     a_d, b_d, *_ = scipy.signal.cont2discrete(system, T_S / 3)
     return a_d, b_d[:, 0]
+
+
+def test_prediction_is_the_stage_under_the_command() -> None:
+    axis = AxisGovernor(axis_design())
+    names = ("position", "velocity", "acceleration")
+    point = chain(admissible(HORIZON), 2, 1)[0]
+    state = begun(axis, point)
+    axis.step(state, np.full(HORIZON + 1, 0.12), -WIDE, WIDE)
+    status, out = axis.call("predict", dict(zip(names, state, strict=True)))
+    a, b = _sub_step()
+    own = state
+    for _ in range(3):
+        own = a @ own + b * axis.plan[0]
+    assert status is Status.OK
+    np.testing.assert_allclose([out[name] for name in names], own, rtol=1e-9, atol=1e-12)
+    bad = {"position": float("nan"), "velocity": 0.0, "acceleration": 0.0}
+    status, out = axis.call("predict", bad)
+    assert status is Status.NOT_FINITE
+    np.testing.assert_array_equal([out[name] for name in names], axis.predicted)
 
 
 def test_a_push_gives_a_status_and_a_held_command() -> None:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+from servogen.controllers.command_governor_declaration import declare_governor_parts
 from servogen.controllers.command_governor_design import (
     AxisGovernorDesign,
     CommandGovernorDesign,
     GovernorSettings,
-    declare_governor_parts,
 )
 from servogen.emit.package import CPackage, emit_package
 from servogen.precision import PRECISIONS

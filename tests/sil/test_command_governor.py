@@ -11,10 +11,8 @@ from core_designs import temporary_folder
 from governor_designs import SHAPES, alike, governor, package
 
 from servogen.controllers.command_governor import CommandGovernor
-from servogen.controllers.command_governor_design import (
-    AXES,
-    CommandGovernorDesign,
-)
+from servogen.controllers.command_governor_declaration import AXES
+from servogen.controllers.command_governor_design import CommandGovernorDesign
 from servogen.controllers.design import Status, Value
 from servogen.evidence.bench import Subject
 from servogen.evidence.counts_run import count_runs

@@ -12,8 +12,8 @@ import pytest
 from core_designs import temporary_folder
 from governor_designs import SHAPES, Shape, axis
 
-from servogen.controllers.command_governor import AxisGovernor
-from servogen.controllers.command_governor_design import declare_axis_governor
+from servogen.controllers.command_governor_axis import AxisGovernor
+from servogen.controllers.command_governor_declaration import declare_axis_governor
 from servogen.controllers.design import Status
 from servogen.emit.package import CPackage, emit_package
 from servogen.sil.build import compile_package
@@ -148,21 +148,24 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "references count from zero": swap("in->reference[i] - origin;", "in->reference[i];"),
     "an answer from the position": swap("self->relative[i] + origin;", "self->relative[i];"),
     "the middle of the range": swap("(core_centre - origin)", "(-origin)"),
-    "no row moves": swap("(core_moves[i] * middle) + core_limit[i]", "core_limit[i]"),
-    "high for low": swap("(in->low[interval] - origin)", "(in->high[interval] - origin)"),
-    "settling is not kept": swap("high - core_settle[i]", "high"),
-    "the second interval": swap("core_draw_in(self, i, core_second[i], origin, in);", ""),
-    "margin of the upper sides": swap("self->above[i] -= core_margin;", ""),
-    "margin of the lower sides": swap("self->below[i] += core_margin;", ""),
+    "no row moves": swap("(core_step_moves[i] == 1) ? middle", "(core_step_moves[i] == 2) ? middle"),
+    "no row of the end moves": swap("(core_end_moves[i] == 1)", "(core_end_moves[i] == 2)"),
+    "high for low": swap("((in->low[interval] - origin)", "((in->high[interval] - origin)"),
+    "settling is not kept": swap("core_position_scale) - settle;", "core_position_scale);"),
+    "the next interval": swap("core_allow(self, row, k + 1,", "core_allow(self, row, k,"),
+    "all that follows": swap("core_allow(self, row, CORE_INTERVALS - 1,", "core_allow(self, row, 0,"),
+    "margin of the upper sides": swap("(middle + limit) - core_margin;", "(middle + limit);"),
+    "margin of the positions": swap("low + core_margin);", "low);"),
     "a plan that is not judged": swap("status = core_judge(self, origin, plan);", ""),
     "judged by the bounds drawn in": swap("(self->above[i] + core_margin)", "self->above[i]"),
     "a velocity that is not scaled": swap("state[i] * core_start_scale[i]", "state[i]"),
     "the state predicted": swap("core_b[i] * self->plan[0]", "core_b[i] * self->plan[1]"),
     "in reach where it begins": swap("out->least[0] = (sg_real)0;", ""),
     "the stroke of what is in reach": swap(
-        "(out->greatest[i] + core_stroke)", "(out->greatest[i] - core_stroke)"
+        "(out->greatest[i] + core_in_reach)", "(out->greatest[i] - core_in_reach)"
     ),
-    "what is in reach settles": swap("row + core_settle[i]", "row"),
+    "what is in reach settles": swap("position + settle);", "position);"),
+    "the next sample": swap("core_advance(self, state, ahead);\n    }", "}"),
     "a bad measurement is foreseen from": swap(
         "(status == SG_OK) ? in->velocity : self->predicted[1]", "in->velocity"
     ),

@@ -13,11 +13,11 @@ from core_designs import temporary_folder
 from governor_designs import Shape, alike, governor, swap
 
 from servogen.controllers.command_governor import CommandGovernor
-from servogen.controllers.command_governor_design import (
-    CommandGovernorDesign,
+from servogen.controllers.command_governor_declaration import (
     declare_axis_governor,
     declare_command_governor,
 )
+from servogen.controllers.command_governor_design import CommandGovernorDesign
 from servogen.emit.package import emit_package
 from servogen.sil.build import compile_package
 from servogen.sil.command_governor_calls import command_governor_calls

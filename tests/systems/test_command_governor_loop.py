@@ -13,6 +13,7 @@ from governed_machine import EPSILON, STROKE, figures, least_motion, machine, st
 from servogen.controllers.command_governor import CommandGovernor
 from servogen.controllers.command_governor_design import CommandGovernorDesign, GovernorSettings
 from servogen.controllers.design import Status
+from servogen.controllers.errors import DesignError
 from servogen.controllers.mpc_solver import ActiveSetSolver, Answer
 from servogen.errors import InputError
 from servogen.precision import FLOAT32
@@ -70,6 +71,19 @@ def test_whole_path_within_its_limits(reference: np.ndarray, after: bool) -> Non
 def test_the_first_point_after_is_the_faster_reference() -> None:
     times = [run(design(GovernorSettings(after=after))).time_s for after in (True, False)]
     assert times[0] < times[1]
+
+
+def test_fewer_points_ahead_are_enough_and_slower() -> None:
+    """An eighth of the points that a plan can machine."""
+    chosen = design(GovernorSettings(points_ahead=80))
+    assert chosen.window == 80
+    done = run(chosen, PATH)
+    assert done.complete
+    keeps_its_limits(chosen, done, 3)
+    assert done.time_s > run(design(), PATH).time_s
+    assert design(GovernorSettings(points_ahead=10**6)).window == (HORIZON + 1) * M + 1
+    with pytest.raises(DesignError, match="points_ahead"):
+        design(GovernorSettings(points_ahead=M))
 
 
 def test_more_instants_leave_less_between_them() -> None:
@@ -205,6 +219,19 @@ def test_statuses_of_the_whole() -> None:
     status, out = governor.call("step", {**inputs, "n_points": 0})
     assert (status, out["points_taken"]) == (Status.FINISHED, 0)
     assert out["command_x"] == pytest.approx(0.05)
+
+
+def test_prediction_of_both_axes() -> None:
+    """From what each axis measures, and from its own model where that is no number."""
+    governor = CommandGovernor(design())
+    governor.call("reset", {"position_x": 0.05, "position_y": 0.06})
+    names = [port.name for port in governor.declaration.operation("predict").inputs]
+    inputs = dict(zip(names, [0.051, 0.0, 0.0, float("nan"), 0.0, 0.0], strict=True))
+    status, out = governor.call("predict", inputs)
+    assert status is Status.NOT_FINITE
+    assert list(out) == names
+    assert 0.05 < out["x_position"] < 0.051
+    assert (out["y_position"], out["y_velocity"]) == (0.06, 0.0)
 
 
 def test_single_precision_finishes_too() -> None:

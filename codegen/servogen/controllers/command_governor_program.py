@@ -123,7 +123,7 @@ def governor_program(
     horizon, stroke = _checked(admissible, weights, margin_m)
     after, settle = _settling(slow, admissible, 1 if sub_step_stroke else admissible.sub_samples)
     scale = _scale(slow.order, admissible)
-    stage, of_step = _step_rows(slow, admissible, scale)
+    stage, of_step = _step_rows(slow, admissible, scale, sub_step_stroke)
     last, of_end = _end_rows(slow, admissible, scale, after)
     layout = _layout(admissible, of_step, of_end, sub_step_stroke, settle)
     limited = sum(sub == admissible.sub_samples for _, sub in of_step)
@@ -171,8 +171,8 @@ def _checked(
 def _settling(
     slow: StateSpace, admissible: ExtendedSet, every: int
 ) -> tuple[tuple[int, ...], float]:
-    """Instants at which position rows are added, one in ``every``, and the greatest |p - rho|, m,
-    over the set at all instants after them.
+    """Instants at which position rows are added to the set's, one in ``every``, and the greatest
+    |p - rho|, m, over the set at all instants after them.
 
     Raises:
         DesignError: the stage does not come near its command.
@@ -202,7 +202,8 @@ def _settling(
     else:
         expected = f"a stage that is within {allowed:.3g} m of its command soon after its periods"
         raise DesignError("horizon", None, expected)
-    added = [t for t in range(start, first) if (t - end) % every == 0]
+    known = {t for kind, t in admissible.sources if kind == "position"}
+    added = [t for t in range(end + every, first, every) if t not in known]
     return tuple(added), settle
 
 
@@ -215,17 +216,18 @@ def _scale(order: int, admissible: ExtendedSet) -> FloatArray:
 
 
 def _step_rows(
-    slow: StateSpace, admissible: ExtendedSet, scale: FloatArray
+    slow: StateSpace, admissible: ExtendedSet, scale: FloatArray, sub_step_stroke: bool
 ) -> tuple[FloatArray, list[tuple[str, int]]]:
     """The plant of one period with the rows inside it, and kind and instant of every row: those at
-    the end first. A kind has rows at an instant where the set has one in some period."""
+    the end first. A kind has rows at an instant where the set has one in some period, or where the
+    stroke holds."""
     n, subs = slow.order, admissible.sub_samples
     asked = {
         (kind, (t - 1) % subs + 1)
         for kind, t in admissible.sources
         if 1 <= t <= (admissible.auxiliary.order + 1) * subs
     }
-    asked.add(("position", subs))
+    asked |= {("position", sub) for sub in range(1 if sub_step_stroke else subs, subs + 1)}
     # the states that are rows are the first ones: an acceleration brings a velocity with it
     count = 1 + max(i for i, kind in enumerate(KINDS) if (kind, subs) in asked)
     of_step = [(kind, subs) for kind in KINDS[:count]]

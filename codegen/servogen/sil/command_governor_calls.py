@@ -7,12 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from servogen.controllers.command_governor import AxisGovernor, CommandGovernor
-from servogen.controllers.command_governor_design import (
-    AXES,
-    AxisGovernorDesign,
-    CommandGovernorDesign,
-)
+from servogen.controllers.command_governor import CommandGovernor
+from servogen.controllers.command_governor_axis import AxisGovernor
+from servogen.controllers.command_governor_declaration import AXES
+from servogen.controllers.command_governor_design import AxisGovernorDesign, CommandGovernorDesign
 from servogen.controllers.design import Port, Status, Value
 from servogen.controllers.mpc_design import POSITION_FACTOR
 from servogen.precision import FloatArray
@@ -62,6 +60,8 @@ def axis_governor_calls(
         yield _made(own, Call("step", step))
         if rng.random() < 0.05:
             yield _made(own, Call("hold"))
+        if rng.random() < 0.1:
+            yield _made(own, Call("predict", inputs))
 
 
 def command_governor_calls(
@@ -96,6 +96,8 @@ def command_governor_calls(
         first += int(np.asarray(out["points_taken"]))
         ended += status is Status.FINISHED and left == 0
         yield Call("step", inputs)
+        if rng.random() < 0.1:
+            yield Call("predict", {name: inputs[name] for name in names[: 2 * n]})
 
 
 def _figures(design: CommandGovernorDesign, rng: np.random.Generator) -> FloatArray:

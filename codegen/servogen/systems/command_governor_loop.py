@@ -12,7 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from servogen.controllers.command_governor_design import AXES, CommandGovernorDesign
+from servogen.controllers.command_governor_declaration import AXES
+from servogen.controllers.command_governor_design import CommandGovernorDesign
 from servogen.controllers.design import Declaration, Status, Value
 from servogen.errors import InputError
 from servogen.plants.statespace import StateSpace
