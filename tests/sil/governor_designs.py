@@ -35,6 +35,7 @@ class Shape:
     margin: float = 0.0
     after: bool = True
     sub_samples: int = 3
+    ahead: int | None = None
 
 
 SHAPES = {
@@ -45,6 +46,7 @@ SHAPES = {
     "rows between the samples": Shape("sub", sub_step=True, margin=0.001, after=False),
     "one period": Shape("one", "float32", horizon=1, points=1, sub_samples=1),
     "blocks that are left over": Shape("left", horizon=6, points=3),
+    "fewer points ahead": Shape("few", "float32", ahead=23),
 }
 
 
@@ -56,6 +58,7 @@ def governor(shape: Shape) -> CommandGovernorDesign:
         sub_step_stroke=shape.sub_step,
         stroke_margin_m=shape.margin,
         after=shape.after,
+        points_ahead=shape.ahead,
     )
     made: CommandGovernorDesign = machine(
         shape.horizon, chosen, shape.points, shape.sub_samples, PRECISIONS[shape.precision]

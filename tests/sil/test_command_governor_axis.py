@@ -148,12 +148,12 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "references count from zero": swap("in->reference[i] - origin;", "in->reference[i];"),
     "an answer from the position": swap("self->relative[i] + origin;", "self->relative[i];"),
     "the middle of the range": swap("(core_centre - origin)", "(-origin)"),
-    "no row moves": swap("(core_step_moves[i] == 1) ? middle", "(core_step_moves[i] == 2) ? middle"),
+    "no row moves": swap("(core_step_moves[i] == 1)", "(core_step_moves[i] == 2)"),
     "no row of the end moves": swap("(core_end_moves[i] == 1)", "(core_end_moves[i] == 2)"),
     "high for low": swap("((in->low[interval] - origin)", "((in->high[interval] - origin)"),
     "settling is not kept": swap("core_position_scale) - settle;", "core_position_scale);"),
     "the next interval": swap("core_allow(self, row, k + 1,", "core_allow(self, row, k,"),
-    "all that follows": swap("core_allow(self, row, CORE_INTERVALS - 1,", "core_allow(self, row, 0,"),
+    "all that follows": swap("core_allow(self, row, CORE_INTERVALS - 1", "core_allow(self, row, 0"),
     "margin of the upper sides": swap("(middle + limit) - core_margin;", "(middle + limit);"),
     "margin of the positions": swap("low + core_margin);", "low);"),
     "a plan that is not judged": swap("status = core_judge(self, origin, plan);", ""),
@@ -180,7 +180,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
 
 
 def renamed(number: int) -> Shape:
-    return Shape(f"mutant{number}", cap=3, horizon=4)
+    return Shape(f"mutant{number}", cap=20, horizon=4)
 
 
 @cache
@@ -200,7 +200,7 @@ def mutants() -> Any:
 @cache
 def calls() -> list[Call]:
     design = axis(renamed(0))
-    some = list(axis_governor_calls(design, np.random.default_rng(7), 250))
+    some = list(axis_governor_calls(design, np.random.default_rng(7), 300))
     return [*some, *edge_calls(declare_axis_governor(design))]
 
 
