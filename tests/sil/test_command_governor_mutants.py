@@ -28,6 +28,7 @@ from servogen.sil.harness import Call, compare
 # One worker: the mutants are one module.
 pytestmark = pytest.mark.xdist_group("governor mutants")
 MUTANTS: dict[str, Callable[[str], str]] = {
+    "the next sample of the other axis": swap("= told_y.velocity;", "= told_x.velocity;"),
     "the first point": swap(
         "(at == 0) ? last : points[at - 1]", "points[(at == 0) ? 0 : (at - 1)]"
     ),
