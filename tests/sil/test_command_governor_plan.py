@@ -112,7 +112,7 @@ def test_indices_are_those_of_the_reference_which_looks_at_every_point_again() -
 
 
 PLANNING: dict[str, Callable[[str], str]] = {
-    "a round too few": swap("round < G64_ROUNDS", "round < (G64_ROUNDS - 4)"),
+    "a round too few": swap("round < G64_ROUNDS", "round < (G64_ROUNDS - 1)"),
     "one point less": swap("k < (G64_POINTS + 1)", "k < G64_POINTS"),
     "planned points are asked again": swap("(number > given) ?", "(number > begin) ?"),
     "planned points do not end an interval": swap("(number <= after) ? 1 : good", "good"),
