@@ -86,9 +86,9 @@ class GovernorSolver(Section):
 
 
 class Baseline(Section):
-    """The low pass of the comparison, with the feed at which it keeps the stroke and limits."""
+    """The low pass of the comparison; its feed is the highest one that keeps every limit."""
 
-    cutoff_hz: Annotated[float, Field(gt=0, le=1e4, description="of the low-pass filter")] = 1.0
+    cutoff_hz: Annotated[float, Field(gt=0, le=1e4, description="of the low-pass filter")] = 2.0
 
 
 class GovernorController(Section):
