@@ -35,7 +35,7 @@ def test_the_closed_loop_and_the_comparison(tmp_path: Path, servogen_command: Co
     assert (told["passed"], told["complete"]) == (True, True)
     found = servogen_command("study", toml, "--json", "-")
     assert found.status == 0, found.err
-    assert len(json.loads(found.out)["rows"]) == 5
+    assert len(json.loads(found.out)["rows"]) == 7
 
 
 def test_the_sets_are_proved(tmp_path: Path, servogen_command: Command) -> None:

@@ -90,8 +90,8 @@ def test_peaks_of_the_run_are_in_the_plots(full: GovernorReportData, page: str) 
     traces = [t for t in found["plot-limits"]["data"] if t["name"] in ("x", "y")]
     for trace, largest in zip(
         traces,
-        (row.largest_velocity[0], row.largest_acceleration[0],
-         row.largest_velocity[1], row.largest_acceleration[1]), strict=True,
+        (row.motion.largest_velocity[0], row.motion.largest_acceleration[0],
+         row.motion.largest_velocity[1], row.motion.largest_acceleration[1]), strict=True,
     ):  # fmt: skip
         assert np.max(np.abs(trace["y"])) == pytest.approx(largest, rel=1e-5)
     fast = [t["y"] for t in found["plot-response"]["data"] if t["name"].startswith("fast")]

@@ -118,17 +118,21 @@ def test_the_comparison_has_every_controller_on_both_references() -> None:
     names = [row.name for row in found.found.rows]
     assert names == [
         f"{EXTENDED}, minimal motion", f"{EXTENDED}, pattern", f"{PATH}, minimal motion",
-        f"{PATH}, pattern", LOW_PASS,
+        f"{PATH}, pattern", "SPRG", "SPRG-MPC", LOW_PASS,
     ]  # fmt: skip
     rows = dict(zip(names, found.found.rows, strict=True))
     own = rows[f"{EXTENDED}, minimal motion"]
     assert own == replace(simulated().row, name=own.name)
     quiet, quick = own, rows[f"{EXTENDED}, pattern"]
-    assert sum(quiet.distance_m) < sum(quick.distance_m)
+    assert sum(quiet.motion.distance_m) < sum(quick.motion.distance_m)
     assert rows[LOW_PASS].time_s > 2.0 * own.time_s
+    assert rows["SPRG-MPC"].iterations[0] > 0.0 == rows["SPRG"].iterations[0]
+    for name in ("SPRG", "SPRG-MPC"):
+        assert rows[name].complete
+        assert max(rows[name].instants.velocity, rows[name].instants.stroke) <= 1e-9
     data = json.loads(json_text(found.to_json()))
-    assert data["rows"][4]["time_s"] == rows[LOW_PASS].time_s
-    assert len(found.lines()) == 6
+    assert data["rows"][6]["time_s"] == rows[LOW_PASS].time_s
+    assert len(found.lines()) == 8
 
 
 def test_a_broken_promise_fails_the_comparison_and_a_rival_s_does_not() -> None:

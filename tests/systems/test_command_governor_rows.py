@@ -18,11 +18,13 @@ from servogen.controllers.command_governor_design import AXES
 from servogen.plants.statespace import discretise
 from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor import GovernorMachine, governor_design, on_reference
+from servogen.systems.command_governor_cascade import as_two_stage, cascade_row
 from servogen.systems.command_governor_rivals import PathGovernor, low_pass_row
 from servogen.systems.command_governor_rows import (
     instant_states,
     judge_governed,
     kept_excess,
+    slow_motion,
     worst_excess,
 )
 from servogen.systems.command_governor_study import compare_governors, run_machine
@@ -141,19 +143,54 @@ def test_the_low_pass_is_what_scipy_says_at_the_feed_it_found() -> None:
     _, _, states = scipy.signal.lsim(
         shift, fine - own.points[0, 0], time, X0=np.zeros(3), interp=False
     )
-    assert np.max(np.abs(states[:, 1])) == pytest.approx(row.largest_velocity[0], rel=0.02)
+    assert np.max(np.abs(states[:, 1])) == pytest.approx(row.motion.largest_velocity[0], rel=0.02)
 
 
 def test_a_controller_that_stalls_is_a_row_that_says_so() -> None:
     from servogen.progress import Silent
 
-    def never(_: GovernorMachine):  # type: ignore[no-untyped-def]
+    def never(*_: object):  # type: ignore[no-untyped-def]
         raise Stalled("after 9 slow periods only 3 of 5 points")
 
-    found = compare_governors(machine(), never, Silent())
+    found = compare_governors(machine(), never, never, Silent())
     first = found.rows[0]
     assert not first.complete
     assert first.faults == ["the path was not finished: after 9 slow periods only 3 of 5 points"]
     assert first.name not in found.runs
-    assert len(found.rows) == 5
+    assert [row.name for row in found.rows[4:6]] == ["SPRG", "SPRG-MPC"]
+    assert not found.rows[5].complete
+    assert found.rows[5].faults == []
     assert found.rows[2].complete
+
+
+def test_paper_1_s_machine_is_the_same_one_moved_to_the_middle() -> None:
+    own = machine()
+    moved = as_two_stage(own)
+    np.testing.assert_allclose(moved.timed.points + 0.125, own.points, rtol=0, atol=1e-15)
+    assert moved.plants.y is moved.plants.x
+    assert moved.limits[0] == own.sets[0].limits
+    np.testing.assert_allclose(moved.slow[0].a, own.slow[0].a, rtol=1e-9)
+    assert moved.fast[0].bandwidth_3db > 20.0 * own.slow[0].bandwidth_3db
+
+
+def test_what_paper_1_s_machine_refuses_is_a_row_that_says_so() -> None:
+    """From rest a command of a metre leaves the admissible set: Theorem 1 has no hypothesis."""
+    own = machine()
+    jump = own.points.copy()
+    jump[600:] -= 0.04
+    torn = replace(own, timed=replace(own.timed, points=jump))
+    row = cascade_row("SPRG", torn, lambda *_: pytest.fail("refused before"), planned=False)
+    assert "Theorem 1" in row.stopped
+    assert row.passed
+    assert not row.complete
+
+
+def test_work_and_distance_are_integrals() -> None:
+    """A sine of 3 mm at 2 rad/s, once: the integral of |sin cos| over it is 1."""
+    time = np.linspace(0.0, np.pi, 20001)
+    wave = np.stack([0.003 * np.sin(2 * time), 0.006 * np.cos(2 * time), -0.012 * np.sin(2 * time)])
+    found = slow_motion(np.stack([wave.T, np.zeros_like(wave.T)], axis=1), time[1])
+    assert found.distance_m == (pytest.approx(0.012, rel=1e-6), 0.0)
+    assert found.work_j_per_kg[0] == pytest.approx(0.006 * 0.012, rel=1e-3)
+    assert found.largest_velocity[0] == pytest.approx(0.006)
+    assert found.largest_acceleration[0] == pytest.approx(0.012, rel=1e-6)

@@ -62,7 +62,7 @@ def _tiles(data: GovernorReportData) -> list[KeyFigure]:
         ),
         KeyFigure(
             "Acceleration",
-            f"{number(max(row.largest_acceleration), 3)} m/s²",
+            f"{number(max(row.motion.largest_acceleration), 3)} m/s²",
             "largest of the slow stages",
         ),
         KeyFigure(
@@ -133,20 +133,24 @@ def _study(data: GovernorReportData) -> Table | Missing:
     if data.study is None:
         return Missing("The controllers have not been compared", f"servogen study {data.toml}")
     columns = ("controller", "time [s]", "of ideal", "largest |a| [m/s²]", "mean |a| [m/s²]",
-               "covered [m]", "iterations", "velocity kept", "velocity between",
+               "covered [m]", "work [J/kg]", "iterations", "velocity kept", "velocity between",
                "stroke between")  # fmt: skip
     note = (
-        "One machine and drawing. The path governor commands points of its reference and plans "
-        "nothing; the low pass has the highest uniform feed that keeps every limit."
+        "One machine and drawing; accelerations are both axes' largest and mean, distance and work "
+        "their sums. The path governor commands points of its reference and plans nothing; paper "
+        "1's controllers follow the pattern and keep their limits at slow samples; the low pass "
+        "has the highest uniform feed that keeps every limit."
     )
     rows = tuple(_study_row(row) for row in data.study.rows)
     return Table("Comparison", columns, rows, note)
 
 
 def _study_row(row: GovernorRow) -> tuple[Cell, ...]:
+    motion = row.motion
     figures = (
-        row.time_s, row.time_s / row.ideal_s, max(row.largest_acceleration),
-        sum(row.mean_acceleration) / 2.0, sum(row.distance_m), row.iterations[0],
+        row.time_s, row.time_s / row.ideal_s, max(motion.largest_acceleration),
+        sum(motion.mean_acceleration) / 2.0, sum(motion.distance_m), sum(motion.work_j_per_kg),
+        row.iterations[0],
     )  # fmt: skip
     shares = (row.instants.velocity, row.between.velocity, row.between.stroke)
     if not row.complete:

@@ -51,14 +51,15 @@ class GovernorSimulation:
         return not self.faults
 
     def lines(self) -> list[str]:
-        row = self.row
+        row, moved = self.row, self.row.motion
         lines = [
             f"simulate  {row.time_s:.2f} s with the {self.inside} inside, "
             f"{row.time_s / row.ideal_s:.3f} of the ideal {row.ideal_s:.2f} s; "
             f"{row.iterations[0]:.1f} iterations an axis and period, {row.iterations[1]} at most; "
             f"backups {row.backups} of {2 * row.periods} axis steps",
-            f"          slow stage: largest acceleration {_pair(row.largest_acceleration)}, mean "
-            f"{_pair(row.mean_acceleration)} m/s^2, {_pair(row.distance_m)} m covered",
+            f"          slow stage: largest acceleration {_pair(moved.largest_acceleration)}, mean "
+            f"{_pair(moved.mean_acceleration)} m/s^2, {_pair(moved.distance_m)} m covered, "
+            f"{_pair(moved.work_j_per_kg)} J/kg",
         ]
         for name in NAMES:
             kept, between = getattr(row.instants, name), getattr(row.between, name)
@@ -95,10 +96,11 @@ def row_json(row: GovernorRow) -> dict[str, object]:
         "time_s": _number(row.time_s),
         "ideal_s": row.ideal_s,
         "periods": row.periods,
-        "largest_velocity_m_per_s": [_number(v) for v in row.largest_velocity],
-        "largest_acceleration_m_per_s2": [_number(v) for v in row.largest_acceleration],
-        "mean_acceleration_m_per_s2": [_number(v) for v in row.mean_acceleration],
-        "distance_m": [_number(v) for v in row.distance_m],
+        "largest_velocity_m_per_s": [_number(v) for v in row.motion.largest_velocity],
+        "largest_acceleration_m_per_s2": [_number(v) for v in row.motion.largest_acceleration],
+        "mean_acceleration_m_per_s2": [_number(v) for v in row.motion.mean_acceleration],
+        "distance_m": [_number(v) for v in row.motion.distance_m],
+        "work_j_per_kg": [_number(v) for v in row.motion.work_j_per_kg],
         "mean_iterations": _number(row.iterations[0]),
         "most_iterations": row.iterations[1],
         "backups": row.backups,

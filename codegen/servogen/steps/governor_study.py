@@ -9,6 +9,7 @@ import numpy as np
 from servogen.controllers.command_governor import CommandGovernor
 from servogen.progress import Progress
 from servogen.steps.governor_run import row_json
+from servogen.steps.two_stage_study import run_compiled
 from servogen.systems.command_governor import GovernorMachine, governor_design
 from servogen.systems.command_governor_loop import GovernedRun
 from servogen.systems.command_governor_rows import GovernorRow
@@ -34,8 +35,8 @@ class GovernorStudyResult:
 
     def lines(self) -> list[str]:
         lines = [
-            "study     time s  of ideal  max a      mean a     covered m  iterations  v at kept "
-            "instants, between"
+            "study     time s, of ideal, largest and mean a m/s^2, covered m, work J/kg, "
+            "iterations, velocity at kept instants and between"
         ]
         for row in self.found.rows:
             lines.append(f"          {row.name}: {_told(row)}")
@@ -53,18 +54,22 @@ class GovernorStudyResult:
 def _told(row: GovernorRow) -> str:
     if not row.complete:
         return f"not finished: {row.stopped}"
-    largest, mean = max(row.largest_acceleration), float(np.mean(row.mean_acceleration))
+    largest, mean = (
+        max(row.motion.largest_acceleration),
+        float(np.mean(row.motion.mean_acceleration)),
+    )
     return (
         f"{row.time_s:8.2f}  {row.time_s / row.ideal_s:6.3f}  {largest:8.3f}  {mean:8.3f}  "
-        f"{sum(row.distance_m):8.3f}  {row.iterations[0]:6.1f}  "
+        f"{sum(row.motion.distance_m):8.3f}  {sum(row.motion.work_j_per_kg):8.3f}  "
+        f"{row.iterations[0]:6.1f}  "
         f"{100.0 * (1.0 + row.instants.velocity):.2f} %, "
         f"{100.0 * (1.0 + row.between.velocity):.2f} %"
     )
 
 
 def study(machine: GovernorMachine, progress: Progress) -> GovernorStudyResult:
-    """Run the comparison with the references: the C gives the same bits."""
-    return GovernorStudyResult(compare_governors(machine, run_reference, progress))
+    """Run the comparison with the references of this paper's governors and the C of paper 1's."""
+    return GovernorStudyResult(compare_governors(machine, run_reference, run_compiled, progress))
 
 
 def run_reference(machine: GovernorMachine) -> GovernedRun:

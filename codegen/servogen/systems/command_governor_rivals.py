@@ -28,7 +28,12 @@ from servogen.precision import FloatArray
 from servogen.systems.closed_loop import interval_propagation
 from servogen.systems.command_governor import GovernorMachine
 from servogen.systems.command_governor_loop import Excess
-from servogen.systems.command_governor_rows import ROUNDING, GovernorRow, worst_excess
+from servogen.systems.command_governor_rows import (
+    ROUNDING,
+    GovernorRow,
+    slow_motion,
+    worst_excess,
+)
 
 # Instants of a slow period at which the low pass is looked at; 36 ms / 20 is a fiftieth of the
 # time that its slowest pole takes.
@@ -106,20 +111,14 @@ def low_pass_row(machine: GovernorMachine, name: str) -> GovernorRow:
             else:
                 fastest = middle
     states, good = found.states, feed == 1.0 or slowest > 0.0
-    largest = np.max(np.abs(states), axis=0)
     excess = worst_excess(machine, states, found.tool)
-    mean = np.mean(np.abs(states[:, :, 2]), axis=0)
-    covered = np.sum(np.abs(np.diff(states[:, :, 0], axis=0)), axis=0)
     return GovernorRow(
         name=name,
         time_s=found.periods * machine.period_s if good else float("nan"),
         ideal_s=machine.ideal_s,
         periods=found.periods,
         complete=good,
-        largest_velocity=(float(largest[0, 1]), float(largest[1, 1])),
-        largest_acceleration=(float(largest[0, 2]), float(largest[1, 2])),
-        mean_acceleration=(float(mean[0]), float(mean[1])),
-        distance_m=(float(covered[0]), float(covered[1])),
+        motion=slow_motion(states, machine.period_s / LOW_PASS_INSTANTS),
         iterations=(0.0, 0),
         backups=0,
         infeasible=0,

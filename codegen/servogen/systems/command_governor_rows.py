@@ -20,12 +20,26 @@ NAMES = ("position", "velocity", "acceleration", "stroke")
 
 
 @dataclass(frozen=True)
-class GovernorRow:
-    """One controller on one reference, judged; pairs are (x, y).
+class SlowMotion:
+    """How much the slow stages of x and y moved.
 
     Attributes:
-        ideal_s: of the ideal machine. largest_*, mean_acceleration: of the slow stage, at T_f.
-        distance_m: that it covered.
+        distance_m: that they covered. work_j_per_kg: the integral of |v a|.
+    """
+
+    largest_velocity: tuple[float, float]
+    largest_acceleration: tuple[float, float]
+    mean_acceleration: tuple[float, float]
+    distance_m: tuple[float, float]
+    work_j_per_kg: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class GovernorRow:
+    """One controller on one reference, judged.
+
+    Attributes:
+        ideal_s: of the ideal machine. motion: of the slow stages.
         iterations: of the axis steps: mean and most. backups, infeasible: axis steps that ended so.
         instants: limits at the N instants of every period and the stroke at its ends; between: at
             every T_f. Shares of the limits, below zero what was left.
@@ -38,10 +52,7 @@ class GovernorRow:
     ideal_s: float
     periods: int
     complete: bool
-    largest_velocity: tuple[float, float]
-    largest_acceleration: tuple[float, float]
-    mean_acceleration: tuple[float, float]
-    distance_m: tuple[float, float]
+    motion: SlowMotion
     iterations: tuple[float, int]
     backups: int
     infeasible: int
@@ -92,10 +103,7 @@ def judge_governed(
         ideal_s=machine.ideal_s,
         periods=int(run.status.size),
         complete=run.complete,
-        largest_velocity=_two(np.max(np.abs(fine[:, :, 1]), axis=0)),
-        largest_acceleration=_two(np.max(np.abs(fine[:, :, 2]), axis=0)),
-        mean_acceleration=_two(np.mean(np.abs(fine[:, :, 2]), axis=0)),
-        distance_m=_two(np.sum(np.abs(np.diff(fine[:, :, 0], axis=0)), axis=0)),
+        motion=slow_motion(fine, machine.period_s / machine.ratio),
         iterations=(float(np.mean(run.iterations)), int(run.iterations.max(initial=0))),
         backups=int(np.count_nonzero(of_axes == Status.BACKUP)),
         infeasible=int(np.count_nonzero(of_axes == Status.INFEASIBLE)),
@@ -108,17 +116,14 @@ def judge_governed(
 
 def stopped_row(name: str, machine: GovernorMachine, why: str, promised: bool) -> GovernorRow:
     """A controller that came to a standstill."""
-    nothing, none = (float("nan"), float("nan")), Excess(*(float("nan"),) * 4)
+    none = Excess(*(float("nan"),) * 4)
     return GovernorRow(
         name=name,
         time_s=float("nan"),
         ideal_s=machine.ideal_s,
         periods=0,
         complete=False,
-        largest_velocity=nothing,
-        largest_acceleration=nothing,
-        mean_acceleration=nothing,
-        distance_m=nothing,
+        motion=SlowMotion(*((float("nan"), float("nan")),) * 5),
         iterations=(float("nan"), 0),
         backups=0,
         infeasible=0,
@@ -127,6 +132,18 @@ def stopped_row(name: str, machine: GovernorMachine, why: str, promised: bool) -
         promised=promised,
         tolerance=ROUNDING[machine.precision.name],
         stopped=why,
+    )
+
+
+def slow_motion(states: FloatArray, step_s: float) -> SlowMotion:
+    """Of states (K, 2, n) at instants ``step_s`` apart."""
+    position, velocity, acceleration = (states[:, :, i] for i in range(3))
+    return SlowMotion(
+        largest_velocity=_two(np.max(np.abs(velocity), axis=0)),
+        largest_acceleration=_two(np.max(np.abs(acceleration), axis=0)),
+        mean_acceleration=_two(np.mean(np.abs(acceleration), axis=0)),
+        distance_m=_two(np.sum(np.abs(np.diff(position, axis=0)), axis=0)),
+        work_j_per_kg=_two(np.sum(np.abs(velocity * acceleration), axis=0) * step_s),
     )
 
 
