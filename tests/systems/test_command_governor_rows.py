@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
 from governor_example import simulated, small_system
 
-from servogen.controllers.command_governor_design import AXES
+from servogen.controllers.governor_design import AXES
 from servogen.plants.statespace import discretise
 from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor import GovernorMachine, governor_design, on_reference
