@@ -139,8 +139,8 @@ class ServoSystem:
 
         return run
 
-    def simulate(self, package: CPackage, reference: bool, progress: Progress) -> ServoSimulation:
-        return simulate(self.servo, self.parts, None if reference else package, progress)
+    def simulate(self, package: CPackage | None, progress: Progress) -> ServoSimulation:
+        return simulate(self.servo, self.parts, package, progress)
 
     def study(self, progress: Progress) -> ServoStudy:
         return study(self.servo, progress)

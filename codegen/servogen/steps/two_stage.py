@@ -105,8 +105,8 @@ class TwoStage:
             ClosedLoop("closed loop", prefix, "slow periods", total, lambda: Cascade(design), run),
         )
 
-    def simulate(self, package: CPackage, reference: bool, progress: Progress) -> SimulateResult:
-        return simulate(self.machine, self.design, None if reference else package, progress)
+    def simulate(self, package: CPackage | None, progress: Progress) -> SimulateResult:
+        return simulate(self.machine, self.design, package, progress)
 
     def study(self, progress: Progress) -> StudyResult:
         return compare(self.machine, self.tuning, progress)

@@ -1,0 +1,161 @@
+"""The extended command governor of paper 4 as a system of the line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from servogen.controllers.command_governor import AxisGovernor, CommandGovernor
+from servogen.controllers.command_governor_design import AxisGovernorDesign, CommandGovernorDesign
+from servogen.controllers.design import Declaration, Reference
+from servogen.emit.package import CPackage
+from servogen.errors import CheckFailed
+from servogen.precision import Precision
+from servogen.progress import Progress
+from servogen.project.governor_load import GovernorProject
+from servogen.reports import GovernorReportData, make_governor_report
+from servogen.sil.edges import edge_calls
+from servogen.sil.harness import Repeating
+from servogen.sil.scenarios import Scenario
+from servogen.steps.governor_run import GovernorSimulation, simulate
+from servogen.steps.governor_study import GovernorStudyResult, study
+from servogen.steps.system import ClosedLoop, Findings, LoopEnd, Proof
+from servogen.systems.claims import Claim
+from servogen.systems.closed_loop import Stalled
+from servogen.systems.command_governor import (
+    GovernorMachine,
+    declare_parts,
+    governor_design,
+    governor_machine,
+)
+from servogen.systems.command_governor_proofs import extended_claims
+from servogen.systems.command_governor_rows import judge_governed
+from servogen.systems.command_governor_study import run_machine
+
+PROOFS = {"extended_sets": "Extended sets proved"}
+
+
+@dataclass(frozen=True)
+class GovernorSystem:
+    """A judged machine with the governor that will be built; see ``steps.system.System``."""
+
+    machine: GovernorMachine
+
+    @property
+    def project(self) -> GovernorProject:
+        return self.machine.project
+
+    @cached_property
+    def design(self) -> CommandGovernorDesign:
+        return governor_design(self.machine)
+
+    @property
+    def figures(self) -> Mapping[str, object]:
+        """Sizes of the sets and programs."""
+        return {
+            "points": len(self.machine.points),
+            "axes": {
+                name: {
+                    "inequalities": target.inequalities,
+                    "non_redundant": 2 * len(target.sources),
+                    "last_instant": target.last_instant,
+                    "variables": axis.program.variables,
+                    "rows": axis.program.rows.count,
+                    "settle_m": axis.program.settle_m,
+                }
+                for name, target, axis in zip(
+                    "xy", self.machine.sets, self.design.axes, strict=True
+                )
+            },
+        }
+
+    @property
+    def proofs(self) -> tuple[Proof, ...]:
+        return (Proof("extended_sets", PROOFS["extended_sets"], lambda _, __: self._sets()),)
+
+    def in_precision(self, precision: Precision) -> CommandGovernorDesign:
+        """The same design in another precision."""
+        if precision is self.machine.precision:
+            return self.design
+        return governor_design(self.machine, precision)
+
+    def declarations(self, precision: Precision) -> tuple[Declaration, ...]:
+        return declare_parts(self.in_precision(precision))
+
+    def scenarios(self, precision: Precision, seed: int, count: int) -> Iterator[Scenario]:
+        design = self.in_precision(precision)
+        makers: dict[str, Callable[[], Reference]] = {
+            part.prefix: _axis_maker(part) for part in design.axes
+        }
+        makers[design.prefix] = lambda: CommandGovernor(design)
+        for prefix, make in makers.items():
+            yield Scenario(f"{prefix}: edges", make, list(edge_calls(make().declaration)))
+
+    def loops(self, precision: Precision) -> tuple[ClosedLoop, ...]:
+        design, machine = self.in_precision(precision), self.machine
+
+        def run(own: Repeating, periods: int | None, advance: Callable[[], None]) -> LoopEnd:
+            try:
+                ended = run_machine(machine, design, own, periods, advance)
+            except Stalled as stalled:
+                told = f"the closed loop in {precision.name} stalled: {stalled}"
+                raise CheckFailed(told) from stalled
+            row = judge_governed(design.prefix, machine, ended, precision=precision)
+            return LoopEnd(row.periods, row.complete, tuple(row.broken))
+
+        total = int(np.ceil(len(machine.points) / machine.ratio))
+        return (
+            ClosedLoop(
+                "closed loop", design.prefix, "slow periods", total,
+                lambda: CommandGovernor(design), run,
+            ),
+        )  # fmt: skip
+
+    def simulate(self, package: CPackage | None, progress: Progress) -> GovernorSimulation:
+        return simulate(self.machine, self.design, package, progress)
+
+    def study(self, progress: Progress) -> GovernorStudyResult:
+        return study(self.machine, progress)
+
+    def page(self, found: Findings[GovernorSimulation, GovernorStudyResult]) -> str:
+        return make_governor_report(
+            GovernorReportData(
+                machine=self.machine,
+                design=self.design,
+                run=found.simulated.run,
+                row=found.simulated.row,
+                faults=tuple(found.simulated.faults),
+                study=None if found.study is None else found.study.found,
+                sil=found.sil,
+                wcet=found.wcet,
+                build=found.build,
+                certificate=found.certificate,
+            )
+        )
+
+    def _sets(self) -> list[Claim]:
+        """Invariance and admissibility of P-tilde."""
+        names = "x" if self.machine.alike else "xy"
+        return [
+            claim
+            for name, target, slow in zip(names, self.machine.sets, self.machine.slow, strict=False)
+            for claim in extended_claims(name, target, slow)
+        ]
+
+
+def _axis_maker(design: AxisGovernorDesign) -> Callable[[], Reference]:
+    return lambda: AxisGovernor(design)
+
+
+def prepare_governor(project: GovernorProject, progress: Progress) -> GovernorSystem:
+    """Stages, sets, path, minimal motion and design of a project.
+
+    Raises:
+        InputError: whatever is wrong with the project, and a drawing that the governor might not
+            finish.
+    """
+    with progress.task("Stages, extended sets, path, minimal motion"):
+        return GovernorSystem(governor_machine(project))
