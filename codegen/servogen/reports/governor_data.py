@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from servogen.controllers.command_governor_declaration import declare_governor_parts
 from servogen.controllers.command_governor_design import CommandGovernorDesign
 from servogen.controllers.design import design_hash
 from servogen.evidence.certificate import Certificate
-from servogen.systems.command_governor import GovernorMachine, declare_parts
+from servogen.systems.command_governor import GovernorMachine
 from servogen.systems.command_governor_loop import GovernedRun
 from servogen.systems.command_governor_rows import GovernorRow
 from servogen.systems.command_governor_study import GovernorStudy
@@ -45,4 +46,4 @@ class GovernorReportData:
     @property
     def digest(self) -> str:
         """See ``Found``."""
-        return design_hash(declare_parts(self.design))
+        return design_hash(declare_governor_parts(self.design))

@@ -8,7 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from servogen.controllers.command_governor import AxisGovernor, CommandGovernor
+from servogen.controllers.command_governor import CommandGovernor
+from servogen.controllers.command_governor_axis import AxisGovernor
+from servogen.controllers.command_governor_declaration import declare_governor_parts
 from servogen.controllers.command_governor_design import AxisGovernorDesign, CommandGovernorDesign
 from servogen.controllers.design import Declaration, Reference
 from servogen.emit.package import CPackage
@@ -27,7 +29,6 @@ from servogen.systems.claims import Claim
 from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor import (
     GovernorMachine,
-    declare_parts,
     governor_design,
     governor_machine,
 )
@@ -83,7 +84,7 @@ class GovernorSystem:
         return governor_design(self.machine, precision)
 
     def declarations(self, precision: Precision) -> tuple[Declaration, ...]:
-        return declare_parts(self.in_precision(precision))
+        return declare_governor_parts(self.in_precision(precision))
 
     def scenarios(self, precision: Precision, seed: int, count: int) -> Iterator[Scenario]:
         design = self.in_precision(precision)

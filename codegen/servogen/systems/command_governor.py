@@ -8,13 +8,10 @@ from functools import cached_property
 from servogen.controllers.command_governor_design import (
     CommandGovernorDesign,
     GovernorSettings,
-    declare_axis_governor,
-    declare_command_governor,
     design_axis_governor,
     design_command_governor,
 )
 from servogen.controllers.command_governor_program import GovernorWeights
-from servogen.controllers.design import Declaration
 from servogen.controllers.errors import DesignError
 from servogen.errors import InputError
 from servogen.paths.minimal_motion import pattern_motion
@@ -164,13 +161,6 @@ def governor_design(
             axes.append(axes[0])
             break
     return design_command_governor(name, (axes[0], axes[1]), machine.ratio, settings)
-
-
-def declare_parts(design: CommandGovernorDesign) -> tuple[Declaration, ...]:
-    """Declarations of the axes, once where both are one, and of the governor that uses them."""
-    parts = {part.prefix: part for part in design.axes}
-    axes = tuple(declare_axis_governor(part) for part in parts.values())
-    return (*axes, declare_command_governor(design))
 
 
 def _stage(project: GovernorProject, name: str) -> StateSpace:

@@ -17,13 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.signal
 
+from servogen.controllers.command_governor_declaration import declare_governor_parts
 from servogen.controllers.command_governor_design import CommandGovernorDesign
 from servogen.controllers.design import Status, Value
 from servogen.controllers.governor_design import AXES
 from servogen.plants.statespace import StateSpace, discretise
 from servogen.precision import FloatArray
 from servogen.systems.closed_loop import interval_propagation
-from servogen.systems.command_governor import GovernorMachine, declare_parts
+from servogen.systems.command_governor import GovernorMachine
 from servogen.systems.command_governor_loop import Excess
 from servogen.systems.command_governor_rows import (
     ROUNDING,
@@ -43,7 +44,7 @@ class PathGovernor:
     """Behind the interface of the extended command governor, so that the same loop runs it."""
 
     def __init__(self, machine: GovernorMachine, design: CommandGovernorDesign) -> None:
-        self.declaration = declare_parts(design)[-1]
+        self.declaration = declare_governor_parts(design)[-1]
         self._most = design.points
         self._sets = machine.plain_sets
         self._plants = [axis.plant for axis in design.axes]
