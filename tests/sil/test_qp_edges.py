@@ -27,7 +27,7 @@ def test_the_cap_is_the_last_iteration_that_counts() -> None:
             assert iterations == min(bounds + 1, cap)
             held = np.clip(-np.array(linear), -1.0, 1.0) if reached else [-0.5, 0.0, 0.0]
             np.testing.assert_allclose(z, held, atol=1e-15)
-            # what the cap left behind is no worse a beginning than any other
+            # what the cap left of rows that hold is no worse a beginning than any other
             status, z, _ = step(controller, [0.25, 0.0, 0.0], wide, -wide)
             assert status is Status.OK
             np.testing.assert_allclose(z, [-0.25, 0.0, 0.0], atol=1e-15)
