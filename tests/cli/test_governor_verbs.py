@@ -38,6 +38,16 @@ def test_the_closed_loop_and_the_comparison(tmp_path: Path, servogen_command: Co
     assert len(json.loads(found.out)["rows"]) == 7
 
 
+def test_the_build_says_what_its_user_should_know(
+    tmp_path: Path, servogen_command: Command
+) -> None:
+    toml = small_project(tmp_path, ('"float64"', '"float32"')).file
+    found = servogen_command("build", toml)
+    assert found.status == 0, found.err
+    assert "          note: controller.governor.weight_reference = 0.01 is small" in found.out
+    assert (tmp_path / "build" / "etcher.c").is_file()
+
+
 def test_the_sets_are_proved(tmp_path: Path, servogen_command: Command) -> None:
     found = servogen_command("check", "list")
     assert "extended_sets" in found.out

@@ -271,6 +271,12 @@ def test_a_pattern_beyond_the_axis_may_have_a_motion_that_is_not(tmp_path: Path)
     [
         (("stroke_reserve_m = 0.001", "stroke_reserve_m = 1e-6"),
          r"stroke_reserve_m is 1e-06, expected more than 2\.\d+e-05 m"),
+        (("pole_rad_per_s = 20.0", "pole_rad_per_s = 1e-300"),
+         r"machine\.x\.slow\.pole_rad_per_s is 1e-300, expected a stage with"),
+        (("traverse_feed_m_per_s = 0.8", "traverse_feed_m_per_s = 1e-300"),
+         r"path\.feed_m_per_s is such that the path takes inf s, expected feeds"),
+        (("tangential_acceleration_m_per_s2 = 100.0", "tangential_acceleration_m_per_s2 = 1e-300"),
+         r"the path takes 1\.\d\de\+150 s, expected feeds and units that give at most"),
         (('model = "equal_poles"           ', 'model = "transfer_function"\nnumerator = [1]\n'
           "denominator = [1, 3, -3, 1]  "), r"machine\.x\.slow\."),
     ],

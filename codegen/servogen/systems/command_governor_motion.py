@@ -4,6 +4,7 @@ what the machine itself knows of it when its points are streamed."""
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from servogen.controllers.design import Declaration
 from servogen.controllers.motion_window_design import MotionWindowDesign, declare_motion_window
@@ -13,6 +14,8 @@ from servogen.paths.taut_compiled import has_compiler, taut_string_compiled
 from servogen.paths.taut_string import heights_along, taut_string
 from servogen.precision import FLOAT64, FloatArray, Precision
 from servogen.project.governor_load import GovernorProject
+
+Doubles = npt.NDArray[np.float64]
 
 
 def motion_designs(
@@ -58,8 +61,9 @@ def streamed_motion(points: FloatArray, design: MotionWindowDesign) -> FloatArra
     As ``controllers.motion_window`` does it, with the compiled string where there is a compiler:
     the same bits in a fiftieth of the time.
     """
-    low = np.maximum(points - design.reach_m, -design.limit_m)
-    high = np.minimum(points + design.reach_m, design.limit_m)
+    path = np.asarray(points, dtype=np.float64)
+    low = np.maximum(path - design.reach_m, -design.limit_m)
+    high = np.minimum(path + design.reach_m, design.limit_m)
     low[0] = high[0] = points[0]
     motion = np.empty_like(points)
     last, done, taken = float(points[0]), 0, 0
@@ -77,10 +81,10 @@ def streamed_motion(points: FloatArray, design: MotionWindowDesign) -> FloatArra
     return motion
 
 
-def _begun(low: FloatArray, high: FloatArray, start: float, needed: int) -> FloatArray:
+def _begun(low: Doubles, high: Doubles, start: float, needed: int) -> Doubles:
     """The first points of the string (needed,)."""
     if has_compiler():
-        whole: FloatArray = taut_string_compiled(low, high, start)[0]
+        whole: Doubles = taut_string_compiled(low, high, start)[0]
         return whole[:needed]
     lower, upper = low.tolist(), high.tolist()
     knots = taut_string(lower, upper, start, needed)
