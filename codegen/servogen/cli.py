@@ -72,7 +72,7 @@ def _root(
 @app.command()
 def init(
     system: Annotated[
-        str, typer.Argument(help="The system: two_stage or servo_drive.", show_default=False)
+        str, typer.Argument(help="two_stage, servo_drive or command_governor.", show_default=False)
     ],
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="A new or empty folder.", show_default=False)

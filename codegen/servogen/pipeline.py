@@ -46,7 +46,8 @@ def wcet(
 def simulate(project: AnyProject, reference: bool, progress: Progress) -> Simulation:
     """The whole of the project's own task."""
     prepared = prepare(project, progress)
-    result: Simulation = prepared.system.simulate(prepared.package, reference, progress)
+    package = None if reference else prepared.package
+    result: Simulation = prepared.system.simulate(package, progress)
     return result
 
 
@@ -73,8 +74,8 @@ def report(project: AnyProject, out: Path, progress: Progress) -> reporting.Repo
     evidence = (out.parent / FOLDER).is_dir()
     system = prepared.system
     found: Findings[Any, Any] = Findings(
-        simulated=system.simulate(prepared.package, False, progress),
-        build=building.BuildResult(prepared.package, out, system.figures).to_json(),
+        simulated=system.simulate(prepared.package, progress),
+        build=building.BuildResult(prepared.package, out, system.figures, system.notes).to_json(),
         wcet=counting.survey(prepared).to_json(),
         certificate=checking.certify(prepared, out.parent) if evidence else None,
     )
@@ -135,7 +136,7 @@ def run(project: AnyProject, out: Path, progress: Progress) -> RunResult:
     keep_finding(finding.sil_finding(proven, bench), out, origin)
     counted = keep("wcet", counting.survey(prepared))
     keep_finding(finding.wcet_finding(counted, bench), out, origin)
-    simulated = keep("simulate", system.simulate(prepared.package, False, progress))
+    simulated = keep("simulate", system.simulate(prepared.package, progress))
     keep_finding(finding.simulate_finding(simulated, bench), out, origin)
     studied = keep("study", system.study(progress))
     steps["evidence"] = certified = checking.certify(prepared, out)

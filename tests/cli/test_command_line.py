@@ -182,7 +182,10 @@ def test_the_traceback_of_an_internal_error_is_there_when_asked_for(
         (("sil", "x.toml", "--steps", "many"), ("--steps", "many")),
         (("sil", "x.toml", "--stepz", "3"), ("--stepz",)),
         (("build", "one.toml", "two.toml"), ("two.toml",)),
-        (("init", "gantry", "there"), ("SYSTEM is gantry", "one of servo_drive, two_stage")),
+        (
+            ("init", "gantry", "there"),
+            ("SYSTEM is gantry", "one of command_governor, servo_drive, two_stage"),
+        ),
         (("init", "../two_stage", "there"), ("SYSTEM is ../two_stage",)),
     ],
 )

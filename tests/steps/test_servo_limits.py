@@ -76,7 +76,7 @@ def test_tracking_is_for_simulate_to_judge_and_agreement_for_sil(tmp_path: Path)
     tight = ("tracking_error_limit_deg = 0.2", "tracking_error_limit_deg = 0.01")
     prepared = prepare(load_any_project(changed(tmp_path, SIDES[1], tight)), Silent())
     own = prepared.system
-    missed = own.simulate(prepared.package, True, Silent())
+    missed = own.simulate(None, Silent())
     assert not missed.passed
     (said,) = missed.faults
     assert said.startswith("MPC, reference: tracking error at 500 us reached 0.1")

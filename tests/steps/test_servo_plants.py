@@ -112,8 +112,7 @@ def test_an_axis_that_is_lost_fails_without_a_limit_of_its_own(tmp_path: Path) -
     weak = ("current_limit_ma = 1000.0", "current_limit_ma = 20.0")
     fast = ("speed_deg_per_s = 360.0", "speed_deg_per_s = 4000.0")
     own = prepare_servo(load_servo_project(changed(tmp_path, none, far, weak, fast)), Silent())
-    package = emit_package(own.project.name, own.declarations(own.precision))
-    found = own.simulate(package, True, Silent())
+    found = own.simulate(None, Silent())
     assert np.max([row.largest_error_deg for row in found.rows]) > 180.0
     assert not found.passed
     assert any("tracking error" in fault and "(axis.turn_deg)" in fault for fault in found.faults)

@@ -21,12 +21,14 @@ from servogen.controllers.iteration_parts import active_set_parts
 from servogen.controllers.mpc_design import POSITION_FACTOR, state_bounds, state_ports
 
 AXES = ("x", "y")
+_SCRATCH = "workspace, no meaning between calls"
 # Intervals whose stroke bounds a row of a period: none, the period, that and the next one.
 NO_STROKE, OWN, ENDS = 0, 1, 2
 
 
 def _interval_ports(design: AxisGovernorDesign, names: tuple[str, str], doc: str) -> list[Port]:
-    reach = design.reach.position_m * POSITION_FACTOR + design.program.scale_m
+    # a stroke beyond any point of the path, and what rounding may add
+    reach = design.reach.position_m * POSITION_FACTOR + 2.0 * design.program.scale_m
     return [
         Port(name, "m", f"{which} {doc}", size=design.intervals, low=-reach, high=reach)
         for name, which in zip(names, ("least", "greatest"), strict=True)
@@ -140,7 +142,12 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
                 ),
                 outputs=(command, iterations),
             ),
-            Operation("hold", "No usable measurement: the moved plan.", outputs=(command,)),
+            Operation(
+                "hold",
+                "No usable measurement: the moved plan.",
+                outputs=(command,),
+                returns_status=False,
+            ),
             Operation(
                 "predict",
                 "State at the next sample, under the command of this period.",
@@ -176,6 +183,7 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
     n, first = design.axes[0].plant.order, design.axes[0]
     both = list(zip(AXES, design.axes, strict=True))
     states = tuple(p for axis, part in both for p in state_ports(f"{axis}_", n, part.reach))
+    window = path_ports(design)
     starts = tuple(
         Port(f"position_{axis}", "m", "first point, where the stage stands", low=-far, high=far)
         for axis, far in ((a, part.reach.position_m * POSITION_FACTOR) for a, part in both)
@@ -205,10 +213,17 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
             Dimension("WINDOW", design.window, "points ahead that a plan looks at"),
             Dimension("INTERVALS", first.intervals, "periods of the plan, and all that follows"),
             Dimension("VARIABLES", first.program.variables, "commands of the plan"),
+            Dimension("ROUNDS", 2 * first.program.variables, "turns of the planning"),
         ),
-        constants=tuple(
-            Constant(f"stroke_{axis}", part.program.stroke_m, f"m: fast stage range used, {axis}")
-            for axis, part in both
+        constants=(
+            *(
+                Constant(f"stroke_{axis}", part.program.stroke_m, f"m: fast range used, {axis}")
+                for axis, part in both
+            ),
+            *(
+                Constant(f"limit_{axis}", part.reach.position_m * POSITION_FACTOR, "m: of points")
+                for axis, part in both
+            ),
         ),
         tables=(),
         state=(
@@ -217,6 +232,24 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 "planned", "points machined at the start of an interval", "INTERVALS", "int32_t"
             ),
             *(StateField(axis, "of the axis", type=part.prefix) for axis, part in both),
+            StateField("indices", f"{_SCRATCH}: the new ones", "INTERVALS", "int32_t"),
+            StateField(
+                "parts",
+                f"{_SCRATCH}: intervals before which points were taken",
+                "INTERVALS",
+                "int32_t",
+            ),
+            *(
+                StateField(f"{end}_{axis}", f"{_SCRATCH}: in reach {doc}", "INTERVALS")
+                for axis in AXES
+                for end, doc in (
+                    ("least", "in an interval"),
+                    ("greatest", "in an interval"),
+                    ("least_on", "from one on"),
+                    ("greatest_on", "from one on"),
+                )
+            ),
+            StateField("ready", "1 after a successful reset", type="int32_t"),
         ),
         operations=(
             Operation("reset", "Stand still at the first point.", inputs=starts),
@@ -226,14 +259,27 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 inputs=states,
                 outputs=tuple(Port(port.name, port.unit, port.doc) for port in states),
                 reads_only=True,
+                period_s=first.plant.sample_time_s,
             ),
             Operation(
                 "step",
                 "Plan from the state at a sample: the commands and points of the period it begins.",
-                inputs=(*states, *path_ports(design)),
+                inputs=(*states, *window),
                 outputs=tuple(outputs),
+                period_s=first.plant.sample_time_s,
             ),
         ),
-        uses=tuple(part.prefix for part in design.axes),
-        facts={"after": design.after},
+        uses=tuple(dict.fromkeys(part.prefix for part in design.axes)),
+        facts={
+            "after": design.after,
+            "axes": {axis: part.prefix for axis, part in both},
+            "checked": (*states, *(port for port in window if not port.size)),
+        },
     )
+
+
+def declare_governor_parts(design: CommandGovernorDesign) -> tuple[Declaration, ...]:
+    """Declarations of the axes, once where both are the same one, and of the governor."""
+    parts = {part.prefix: part for part in design.axes}
+    own = tuple(declare_axis_governor(part) for part in parts.values())
+    return (*own, declare_command_governor(design))

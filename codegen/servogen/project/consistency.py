@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
 
+from servogen.errors import InputError
 from servogen.project.machine import (
     Axis,
+    FastLimits,
     FastServo,
-    FastStateSpace,
-    FastTransferFunction,
     SlowServo,
-    SlowStateSpace,
-    SlowTransferFunction,
+    StateSpaceModel,
+    TransferFunctionModel,
 )
-from servogen.project.schema import DRAWING_SUFFIXES
+from servogen.project.schema import DRAWING_SUFFIXES, PathTable, Sampling
 
 if TYPE_CHECKING:
     from servogen.project.load import Project
@@ -25,15 +26,28 @@ _MAX_RATIO = 10_000
 _FLOAT32_LEAST_MARGIN = 1e-5
 
 
+class Judged(Protocol):
+    """A project that says where a fault of its file is."""
+
+    def error(self, key: str, value: object, expected: str) -> InputError: ...
+
+
 def check_consistency(project: Project) -> None:
     """Raise an InputError for the first contradiction between keys of the file."""
     for name, axis in project.machine.axes:
         if name == "y" and axis is project.machine.x:
             continue
         _check_axis(project, f"machine.{name}", axis)
-    _check_sampling(project)
-    _check_solver(project)
-    _check_path(project)
+    check_sampling(project, project.sampling)
+    check_margin(project, project.output.precision, project.controller.solver.constraint_margin)
+    check_path(project, project.path, [(name, axis.fast) for name, axis in project.machine.axes])
+    limit = project.target.contour_error_limit_m
+    if project.path.tolerance_m > limit:
+        raise project.error(
+            "path.tolerance_m",
+            project.path.tolerance_m,
+            f"at most target.contour_error_limit_m = {limit!r}",
+        )
 
 
 def _check_axis(project: Project, key: str, axis: Axis) -> None:
@@ -62,15 +76,18 @@ def _check_axis(project: Project, key: str, axis: Axis) -> None:
             f"more than slow.bandwidth_rad_per_s = {slow.bandwidth_rad_per_s!r}",
         )
     for part, stage in (("slow", slow), ("fast", fast)):
-        if isinstance(stage, SlowTransferFunction | FastTransferFunction):
-            _check_polynomials(project, f"{key}.{part}", stage)
-        if isinstance(stage, SlowStateSpace | FastStateSpace):
-            _check_matrices(project, f"{key}.{part}", stage)
+        check_model(project, f"{key}.{part}", stage)
 
 
-def _check_polynomials(
-    project: Project, key: str, stage: SlowTransferFunction | FastTransferFunction
-) -> None:
+def check_model(project: Judged, key: str, stage: object) -> None:
+    """Coefficients and matrices of a stage, if it has any."""
+    if isinstance(stage, TransferFunctionModel):
+        _check_polynomials(project, key, stage)
+    if isinstance(stage, StateSpaceModel):
+        _check_matrices(project, key, stage)
+
+
+def _check_polynomials(project: Judged, key: str, stage: TransferFunctionModel) -> None:
     if stage.denominator[0] == 0.0:
         raise project.error(f"{key}.denominator[0]", 0.0, "a leading coefficient that is not zero")
     if not any(stage.numerator):
@@ -79,7 +96,7 @@ def _check_polynomials(
         )
 
 
-def _check_matrices(project: Project, key: str, stage: SlowStateSpace | FastStateSpace) -> None:
+def _check_matrices(project: Judged, key: str, stage: StateSpaceModel) -> None:
     size = len(stage.a)
     for index, row in enumerate(stage.a):
         if len(row) != size:
@@ -93,9 +110,9 @@ def _check_matrices(project: Project, key: str, stage: SlowStateSpace | FastStat
             )
 
 
-def _check_sampling(project: Project) -> None:
-    slow = project.sampling.slow_sample_time_s
-    fast = project.sampling.fast_sample_time_s
+def check_sampling(project: Judged, sampling: Sampling) -> None:
+    """T_s is a whole number of T_f."""
+    slow, fast = sampling.slow_sample_time_s, sampling.fast_sample_time_s
     ratio = slow / fast
     whole = math.isclose(ratio, round(ratio), rel_tol=_RATIO_TOLERANCE)
     if not whole or not 2 <= round(ratio) <= _MAX_RATIO:
@@ -106,9 +123,9 @@ def _check_sampling(project: Project) -> None:
         )
 
 
-def _check_solver(project: Project) -> None:
-    margin = project.controller.solver.constraint_margin
-    if project.output.precision == "float32" and margin < _FLOAT32_LEAST_MARGIN:
+def check_margin(project: Judged, precision: str, margin: float) -> None:
+    """A margin that the arithmetic can honour."""
+    if precision == "float32" and margin < _FLOAT32_LEAST_MARGIN:
         raise project.error(
             "controller.solver.constraint_margin",
             margin,
@@ -116,13 +133,12 @@ def _check_solver(project: Project) -> None:
         )
 
 
-def _check_path(project: Project) -> None:
-    path = project.path
+def check_path(project: Judged, path: PathTable, fast: Sequence[tuple[str, FastLimits]]) -> None:
+    """A kind of drawing that can be read, and no more acceleration than the fast stages have."""
     if path.file.suffix.lower() not in DRAWING_SUFFIXES:
         raise project.error(
             "path.file", path.file.name, f"a file ending in {', '.join(DRAWING_SUFFIXES)}"
         )
-    fast = [(name, axis.fast) for name, axis in project.machine.axes]
     for key in ("tangential_acceleration_m_per_s2", "centripetal_acceleration_m_per_s2"):
         for name, stage in fast:
             if getattr(path, key) > stage.acceleration_limit_m_per_s2:
@@ -132,10 +148,3 @@ def _check_path(project: Project) -> None:
                     f"at most machine.{name}.fast.acceleration_limit_m_per_s2 = "
                     f"{stage.acceleration_limit_m_per_s2!r}",
                 )
-    limit = project.target.contour_error_limit_m
-    if path.tolerance_m > limit:
-        raise project.error(
-            "path.tolerance_m",
-            path.tolerance_m,
-            f"at most target.contour_error_limit_m = {limit!r}",
-        )

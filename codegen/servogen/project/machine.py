@@ -41,7 +41,7 @@ Function = Annotated[
 ]
 
 
-class _Servo(Section):
+class ServoModel(Section):
     """Third-order servo loop w^3 / ((s + w)(s^2 + 2 zeta w s + w^2)), dc gain one."""
 
     model: Annotated[Literal["servo"], _MODEL]
@@ -49,7 +49,7 @@ class _Servo(Section):
     damping: Damping
 
 
-class _TransferFunction(Section):
+class TransferFunctionModel(Section):
     """Position over commanded position as a ratio of polynomials in s."""
 
     model: Annotated[Literal["transfer_function"], _MODEL]
@@ -57,7 +57,7 @@ class _TransferFunction(Section):
     denominator: Denominator
 
 
-class _StateSpace(Section):
+class StateSpaceModel(Section):
     """Continuous-time state space with one input, the commanded position in metres."""
 
     model: Annotated[Literal["state_space"], _MODEL]
@@ -66,7 +66,7 @@ class _StateSpace(Section):
     c: OutputVector
 
 
-class _Python(Section):
+class PythonModel(Section):
     """A user's own model, written as CasADi expressions in a Python file."""
 
     model: Annotated[Literal["python"], _MODEL]
@@ -106,28 +106,28 @@ class FastLimits(Section):
 
 
 # The limits come first among the bases so that the model's own keys stand first in the tables.
-class SlowServo(SlowLimits, _Servo): ...
+class SlowServo(SlowLimits, ServoModel): ...
 
 
-class SlowTransferFunction(SlowLimits, _TransferFunction): ...
+class SlowTransferFunction(SlowLimits, TransferFunctionModel): ...
 
 
-class SlowStateSpace(SlowLimits, _StateSpace): ...
+class SlowStateSpace(SlowLimits, StateSpaceModel): ...
 
 
-class SlowPython(SlowLimits, _Python): ...
+class SlowPython(SlowLimits, PythonModel): ...
 
 
-class FastServo(FastLimits, _Servo): ...
+class FastServo(FastLimits, ServoModel): ...
 
 
-class FastTransferFunction(FastLimits, _TransferFunction): ...
+class FastTransferFunction(FastLimits, TransferFunctionModel): ...
 
 
-class FastStateSpace(FastLimits, _StateSpace): ...
+class FastStateSpace(FastLimits, StateSpaceModel): ...
 
 
-class FastPython(FastLimits, _Python): ...
+class FastPython(FastLimits, PythonModel): ...
 
 
 SlowStage = Annotated[
@@ -153,7 +153,8 @@ class AxisLikeX(Section):
     ]
 
 
-def _kind_of_y(value: object) -> str:
+def kind_of_y(value: object) -> str:
+    """Tag of what stands at ``machine.y``."""
     return "like_x" if isinstance(value, AxisLikeX) or _has_same_as(value) else "own"
 
 
@@ -167,7 +168,7 @@ class MachineFile(Section):
     x: Axis
     y: Annotated[
         Annotated[AxisLikeX, Tag("like_x")] | Annotated[Axis, Tag("own")],
-        Discriminator(_kind_of_y),
+        Discriminator(kind_of_y),
     ] = AxisLikeX(same_as="x")
 
 

@@ -15,6 +15,7 @@ from pydantic_core import PydanticUndefined
 
 from servogen.outputs import write_file
 from servogen.project.fields import expected_text, unit_of
+from servogen.project.governor_schema import GovernorFile
 from servogen.project.schema import ProjectFile
 from servogen.project.servo_schema import ServoFile
 from servogen.project.translate import value_text
@@ -22,7 +23,11 @@ from servogen.project.walk import Model, discriminator, fields_by_key, tables_of
 
 BEGIN = "<!-- keys: made by python -m servogen.project.reference, not edited by hand -->\n"
 END = "<!-- end of keys -->\n"
-SYSTEMS: dict[str, Model] = {"two_stage": ProjectFile, "servo_drive": ServoFile}
+SYSTEMS: dict[str, Model] = {
+    "two_stage": ProjectFile,
+    "servo_drive": ServoFile,
+    "command_governor": GovernorFile,
+}
 
 
 def reference() -> str:

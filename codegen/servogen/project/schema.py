@@ -19,7 +19,8 @@ MAX_HORIZON = 60
 MAX_ITERATIONS = 100_000
 
 
-def _identifier(name: str) -> str:
+def identifier(name: str) -> str:
+    """A prefix of emitted names; ValueError where it is none."""
     if not is_free_prefix(name):
         raise ValueError("not a name that emitted ones can begin with")
     return name
@@ -244,7 +245,7 @@ class ProjectFile(Section):
     ]
     name: Annotated[
         str,
-        AfterValidator(_identifier),
+        AfterValidator(identifier),
         told(
             f"a C identifier of at most {MAX_LENGTH} letters, digits and _, no keyword, not the "
             "name of a standard header or (with _t) type, not beginning with sg_",

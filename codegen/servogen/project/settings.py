@@ -11,34 +11,38 @@ from servogen.plants.settings import (
     StateSpaceSettings,
     TransferFunctionSettings,
 )
+from servogen.project.governor_load import GovernorProject
+from servogen.project.governor_machine import EqualPolesModel, GovernedAxis, GovernedStage
 from servogen.project.load import Project
 from servogen.project.machine import (
     Axis,
-    FastPython,
-    FastServo,
     FastStage,
-    FastStateSpace,
-    FastTransferFunction,
-    SlowPython,
-    SlowServo,
+    PythonModel,
+    ServoModel,
     SlowStage,
-    SlowStateSpace,
-    SlowTransferFunction,
+    StateSpaceModel,
+    TransferFunctionModel,
 )
 from servogen.sets.constraints import AxisLimits
+from servogen.sets.extended import centred_limits
+
+PathProject = Project | GovernorProject
 
 
-def stage_settings(stage: SlowStage | FastStage) -> StageSettings:
+def stage_settings(stage: SlowStage | FastStage | GovernedStage) -> StageSettings:
     """A stage table's model, for ``plants.build``."""
     match stage:
-        case SlowServo() | FastServo():
+        case ServoModel():
             return ServoSettings(stage.bandwidth_rad_per_s, stage.damping)
-        case SlowTransferFunction() | FastTransferFunction():
+        case TransferFunctionModel():
             return TransferFunctionSettings(stage.numerator, stage.denominator)
-        case SlowStateSpace() | FastStateSpace():
+        case StateSpaceModel():
             return StateSpaceSettings(stage.a, stage.b, stage.c)
-        case SlowPython() | FastPython():
+        case PythonModel():
             return PythonSettings(stage.file, stage.function, dict(stage.parameters))
+        case EqualPolesModel():
+            p = stage.pole_rad_per_s
+            return TransferFunctionSettings((p**3,), (1.0, 3.0 * p, 3.0 * p**2, p**3))
 
 
 def axis_limits(axis: Axis) -> AxisLimits:
@@ -51,7 +55,19 @@ def axis_limits(axis: Axis) -> AxisLimits:
     )
 
 
-def path_settings(project: Project) -> PathSettings:
+def centred_axis_limits(axis: GovernedAxis) -> tuple[AxisLimits, float]:
+    """Limits of one axis about the middle of its positions, for ``sets``, and that middle, m."""
+    low, high = axis.slow.position_limit_m
+    limits = AxisLimits(
+        position_m=0.5 * (high - low),
+        velocity_m_per_s=axis.slow.velocity_limit_m_per_s,
+        acceleration_m_per_s2=axis.slow.acceleration_limit_m_per_s2,
+        fast_range_m=axis.fast.range_m,
+    )
+    return centred_limits(low, high, limits)
+
+
+def path_settings(project: PathProject) -> PathSettings:
     """The table ``[path]``, for ``paths.load``."""
     path = project.path
     return PathSettings(
@@ -67,7 +83,7 @@ def path_settings(project: Project) -> PathSettings:
     )
 
 
-def motion_limits(project: Project) -> MotionLimits:
+def motion_limits(project: PathProject) -> MotionLimits:
     """Limits of the ideal machine: of two axes that differ, the lower ones serve both."""
     stages = [axis.fast for _, axis in project.machine.axes]
     path = project.path

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from servogen.errors import InputError
 from servogen.project.fields import one_of
+from servogen.project.governor_load import GovernorProject, load_governor_project
 from servogen.project.load import Project, load_project
 from servogen.project.servo_load import ServoProject, load_servo_project
 from servogen.project.toml_text import read_toml
 from servogen.project.translate import value_text
 
-SYSTEMS = ("two_stage", "servo_drive")
-AnyProject = Project | ServoProject
+AnyProject = Project | ServoProject | GovernorProject
+_LOADERS: dict[str, Callable[[Path], AnyProject]] = {
+    "two_stage": load_project,
+    "servo_drive": load_servo_project,
+    "command_governor": load_governor_project,
+}
+SYSTEMS = tuple(_LOADERS)
 
 
 def load_any_project(path: Path) -> AnyProject:
     """Read and validate a project file by its key ``system``.
 
     Raises:
-        InputError: as ``load_project`` and ``load_servo_project``, or a system that is none.
+        InputError: as the loader of the system, or a system that is none.
     """
     path = Path(path)
     try:
@@ -28,4 +35,4 @@ def load_any_project(path: Path) -> AnyProject:
         raise InputError(path, "the file", None, "tables nested a few levels deep") from None
     if system not in SYSTEMS:
         raise InputError(path, "system", value_text(system), one_of(SYSTEMS))
-    return load_servo_project(path) if system == "servo_drive" else load_project(path)
+    return _LOADERS[system](path)

@@ -47,7 +47,7 @@ def step_finding(
         case "wcet":
             return wcet_finding(count(prepared, None), bench)
         case "simulate":
-            found = prepared.system.simulate(prepared.package, False, progress)
+            found = prepared.system.simulate(prepared.package, progress)
             return simulate_finding(found, bench)
     proofs = {proof.name: proof for proof in prepared.system.proofs}
     return proof_finding(proofs[name], bench, progress)

@@ -9,9 +9,10 @@ from servogen.emit.package import CPackage
 from servogen.precision import PRECISIONS, Precision
 from servogen.progress import Progress
 from servogen.project import Project
+from servogen.project.governor_load import GovernorProject
 from servogen.project.servo_load import ServoProject
 from servogen.project.systems import AnyProject
-from servogen.steps import servo_drive, two_stage
+from servogen.steps import governor, servo_drive, two_stage
 from servogen.steps.counted import emit_counted
 from servogen.steps.system import Simulated, Studied, System
 from servogen.steps.target import check_target
@@ -68,8 +69,10 @@ def prepare(project: AnyProject, progress: Progress) -> Prepared[Any, Any]:
             return Prepared(two_stage.prepare_two_stage(project, progress))
         case ServoProject():
             return Prepared(servo_drive.prepare_servo(project, progress))
+        case GovernorProject():
+            return Prepared(governor.prepare_governor(project, progress))
 
 
 def proof_titles() -> dict[str, str]:
     """The proofs of every system, name -> title, in the order of the certificate."""
-    return {**two_stage.PROOFS, **servo_drive.PROOFS}
+    return {**two_stage.PROOFS, **servo_drive.PROOFS, **governor.PROOFS}

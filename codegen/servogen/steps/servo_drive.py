@@ -78,6 +78,10 @@ class ServoSystem:
         }
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        return ()
+
+    @property
     def proofs(self) -> tuple[Proof, ...]:
         solved = any(form.solution is not None for form in self.choice.forms)
         no_regions = "" if solved else "no form of the lookup enumerates regions"
@@ -139,8 +143,8 @@ class ServoSystem:
 
         return run
 
-    def simulate(self, package: CPackage, reference: bool, progress: Progress) -> ServoSimulation:
-        return simulate(self.servo, self.parts, None if reference else package, progress)
+    def simulate(self, package: CPackage | None, progress: Progress) -> ServoSimulation:
+        return simulate(self.servo, self.parts, package, progress)
 
     def study(self, progress: Progress) -> ServoStudy:
         return study(self.servo, progress)

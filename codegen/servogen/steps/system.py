@@ -126,6 +126,10 @@ class System(Protocol[Simulated, Studied]):
         """What the JSON of ``build`` says about the design."""
 
     @property
+    def notes(self) -> Sequence[str]:
+        """What a user should know before using the design, one sentence each."""
+
+    @property
     def proofs(self) -> Sequence[Proof]:
         """In the order of the certificate."""
 
@@ -138,8 +142,8 @@ class System(Protocol[Simulated, Studied]):
     def loops(self, precision: Precision) -> Sequence[ClosedLoop]:
         """The controllers that users call, each around its plant."""
 
-    def simulate(self, package: CPackage, reference: bool, progress: Progress) -> Simulated:
-        """The project's own task, with the C of ``package`` inside or with the references."""
+    def simulate(self, package: CPackage | None, progress: Progress) -> Simulated:
+        """The project's own task, with the C of ``package`` inside or (None) the references."""
 
     def study(self, progress: Progress) -> Studied:
         """The paper's comparison on this machine."""

@@ -162,10 +162,31 @@ def excess(design: CommandGovernorDesign, run: GovernedRun, every: int) -> Exces
     return Excess(*(float(value) for value in worst))
 
 
+@dataclass(frozen=True)
+class DrawingFault:
+    """The first point of a path at which the governor might stop for ever, and what it lacks."""
+
+    point: int
+    expected: str
+
+
 def check_drawing(
     design: CommandGovernorDesign, points: FloatArray, reference: FloatArray, epsilon_m: float
 ) -> None:
-    """Refuse a path that the governor might not finish, before it is begun.
+    """Refuse a path that the governor might not finish, before it is begun; see ``drawing_fault``.
+
+    Raises:
+        InputError: with the first point at which it fails.
+    """
+    fault = drawing_fault(design, points, reference, epsilon_m)
+    if fault is not None:
+        raise InputError(None, f"point {fault.point}", None, fault.expected)
+
+
+def drawing_fault(
+    design: CommandGovernorDesign, points: FloatArray, reference: FloatArray, epsilon_m: float
+) -> DrawingFault | None:
+    """Why the governor might not finish a path, None where it does.
 
     It goes on as long as the stage, once at rest at the reference of the next point, has that in
     reach: the reference is within the stroke less ``epsilon_m`` of its point and inside V', two
@@ -174,9 +195,6 @@ def check_drawing(
 
     Args:
         points: (J, 2), reference: (J, 2), m. epsilon_m: of (19), above zero.
-
-    Raises:
-        InputError: with the first point at which it fails.
     """
     for i, (name, axis) in enumerate(zip(AXES, design.axes, strict=True)):
         program = axis.program
@@ -186,17 +204,18 @@ def check_drawing(
         step = 2.0 * program.stroke_m - program.settle_m - epsilon_m
         start = np.full(own.size, False)
         start[0] = abs(own[0] - program.centre_m) > steady
-        _refuse(start, f"a start {steady:g} m or less from the middle of {name}")
-        _refuse(
-            np.abs(slow - program.centre_m) > steady,
-            f"a reference {steady:g} m or less from the middle of {name}, inside the axis",
-        )
-        _refuse(np.abs(own - slow) > reach, f"a reference within {reach:g} m of it in {name}")
+        beyond = np.abs(slow - program.centre_m) > steady
         far = np.append(False, np.abs(np.diff(own)) > step)
-        _refuse(far, f"a step of at most {step:g} m to it in {name}")
-
-
-def _refuse(bad: BoolArray, expected: str) -> None:
-    at = np.flatnonzero(bad)
-    if at.size:
-        raise InputError(None, f"point {int(at[0])}", None, expected)
+        asked: tuple[tuple[BoolArray, str], ...] = (
+            (start, f"a start {steady:g} m or less from the middle of {name}"),
+            (
+                beyond,
+                f"a reference {steady:g} m or less from the middle of {name}, inside the axis",
+            ),
+            (np.abs(own - slow) > reach, f"a reference within {reach:g} m of it in {name}"),
+            (far, f"a step of at most {step:g} m to it in {name}"),
+        )
+        for bad, expected in asked:
+            if np.any(bad):
+                return DrawingFault(int(np.argmax(bad)), expected)
+    return None

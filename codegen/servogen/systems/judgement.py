@@ -23,7 +23,13 @@ from servogen.plants.errors import PlantError
 from servogen.plants.statespace import FloatArray, StateSpace
 from servogen.project.load import Project
 from servogen.project.machine import Axis
-from servogen.project.settings import axis_limits, motion_limits, path_settings, stage_settings
+from servogen.project.settings import (
+    PathProject,
+    axis_limits,
+    motion_limits,
+    path_settings,
+    stage_settings,
+)
 from servogen.sets.admissible import AdmissibleSet, maximal_admissible_set
 from servogen.sets.errors import SetError
 
@@ -89,7 +95,7 @@ def check_sets(project: Project, plants: Plants) -> Sets:
     return Sets(x, x if same else _axis_set(project, "y", project.machine.y, plants.y))
 
 
-def timed_path(project: Project) -> TimedPath:
+def timed_path(project: PathProject) -> TimedPath:
     """Read the drawing and time it for the ideal machine; see ``paths``.
 
     Raises:

@@ -1,0 +1,188 @@
+"""A machine under the extended command governor: the paper's Figures 1 to 10 in kind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servogen.precision import FloatArray
+from servogen.reports.decimation import keep_extremes, simplify
+from servogen.reports.governor_data import GovernorReportData
+from servogen.reports.style import (
+    BUCKETS,
+    LIMIT_COLOUR,
+    PATH_COLOUR,
+    X_COLOUR,
+    Y_COLOUR,
+    Figure,
+    Trace,
+    layout,
+    limit,
+    limits,
+    line,
+    signal,
+)
+
+_TIME = "time [s]"
+_COLOURS = (("x", X_COLOUR), ("y", Y_COLOUR))
+# Of the drawing's extent: a tenth of a pixel at tenfold zoom.
+_TOLERANCE_SHARE = 1e-5
+
+
+def motion_figures(data: GovernorReportData) -> list[Figure]:
+    """In the order of the page."""
+    return [
+        pattern_figure(data),
+        tube_figure(data),
+        response_figure(data),
+        limits_figure(data),
+        taken_figure(data),
+    ]
+
+
+def pattern_figure(data: GovernorReportData) -> Figure:
+    """The pattern, the reference of the slow stages, and where they went."""
+    machine = data.machine
+    tolerance = _TOLERANCE_SHARE * float(np.max(np.ptp(machine.points, axis=0)))
+    traces = [
+        _curve("pattern", machine.timed.tool_path.points, tolerance, PATH_COLOUR, 1.0),
+        _curve("minimal motion", machine.motion, tolerance, Y_COLOUR, 1.2),
+        _curve("slow stage", data.run.slow_fine[:, :, 0], tolerance, X_COLOUR, 1.6),
+    ]
+    shape = layout("x [m]", ["y [m]"])
+    shape["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
+    shape["xaxis"] |= {"constrain": "domain"}
+    shape["hovermode"] = "closest"
+    least = machine.project.controller.motion.reference == "minimal_motion"
+    sent = "the minimal motion" if least else "the pattern itself"
+    return Figure(
+        "pattern",
+        "Pattern and slow stage",
+        f"The slow stages are sent to {sent}; the fast ones make up the rest.",
+        traces,
+        shape,
+        height=760,
+        max_width="780px",
+        square=True,
+    )
+
+
+def tube_figure(data: GovernorReportData) -> Figure:
+    """Pattern, envelope and minimal motion over the index."""
+    machine = data.machine
+    governor = machine.project.controller.governor
+    traces: list[Trace] = []
+    index = np.arange(len(machine.points), dtype=np.float64)
+    for panel, (name, colour) in enumerate(_COLOURS, start=1):
+        own = machine.points[:, panel - 1]
+        reach = machine.sets[panel - 1].limits.fast_range_m - governor.stroke_margin_m
+        reach -= machine.project.controller.motion.stroke_reserve_m
+        shown = panel == 1
+        for side, told in ((reach, True), (-reach, False)):
+            traces.append(
+                _by_index("envelope", index, own + side, LIMIT_COLOUR, panel, shown and told)
+            )
+        traces.append(_by_index("pattern", index, own, PATH_COLOUR, panel, shown))
+        motion = machine.motion[:, panel - 1]
+        traces.append(_by_index(f"minimal motion, {name}", index, motion, colour, panel, True))
+    return Figure(
+        "tube",
+        "Minimal motion",
+        "By the number of the point: the pattern, the envelope from which the fast stage reaches "
+        "it with its reserve, and the least motion inside (19)-(20).",
+        traces,
+        layout("point [1]", ["x [m]", "y [m]"]),
+        height=620,
+    )
+
+
+def response_figure(data: GovernorReportData) -> Figure:
+    """How far the tool is from the slow stage, against the stroke."""
+    run = data.run
+    time, span = _time(data)
+    traces: list[Trace] = []
+    for panel, (name, colour) in enumerate(_COLOURS, start=1):
+        own = run.slow_fine[:, panel - 1, 0]
+        traces += [
+            signal(f"slow stage {name}", time, own, colour, 1),
+            signal(f"fast stage {name}", time, run.tool[:, panel - 1] - own, colour, panel + 1),
+            *limits(span, data.machine.sets[panel - 1].limits.fast_range_m, panel + 1, panel == 1),
+        ]
+    return Figure(
+        "response",
+        "Response and stroke",
+        "The slow stages over time, and the share of the pattern that is left to the fast ones, "
+        "within the stroke at the ends of the slow periods.",
+        traces,
+        layout(_TIME, ["slow [m]", "fast x [m]", "fast y [m]"]),
+        linked=True,
+        height=640,
+    )
+
+
+def limits_figure(data: GovernorReportData) -> Figure:
+    """Velocities and accelerations of the slow stages with their limits."""
+    time, span = _time(data)
+    traces: list[Trace] = []
+    levels = [target.limits for target in data.machine.sets]
+    for i, (name, colour) in enumerate(_COLOURS):
+        for panel, state in ((1, 1), (2, 2)):
+            values = data.run.slow_fine[:, i, state]
+            own = {"legendgroup": name, "showlegend": panel == 1}
+            traces.append(signal(name, time, values, colour, panel, **own))
+    fastest = max(level.velocity_m_per_s for level in levels)
+    hardest = max(level.acceleration_m_per_s2 for level in levels)
+    traces += [*limits(span, fastest), *limits(span, hardest, 2, shown=False)]
+    return Figure(
+        "limits",
+        "Velocity and acceleration of the slow stages",
+        f"Kept at {data.machine.project.controller.governor.sub_samples} instants of every slow "
+        "period; between them velocity is at most "
+        f"{100.0 * (1.0 + data.row.between.velocity):.2f} % of its limit.",
+        traces,
+        layout(_TIME, ["velocity [m/s]", "acceleration [m/s²]"]),
+        linked=True,
+        height=520,
+    )
+
+
+def taken_figure(data: GovernorReportData) -> Figure:
+    """Points machined in every slow period, and the iterations that it took."""
+    run = data.run
+    time = run.period_s * np.arange(run.status.size)
+    held = {"line": {"shape": "hv"}}
+    traces = [signal("points", time, run.taken.astype(np.float64), PATH_COLOUR, 1, **held)]
+    span = (0.0, run.time_s)
+    traces.append(limit("M", span, float(data.machine.ratio), 1))
+    for i, (name, colour) in enumerate(_COLOURS):
+        steps = run.iterations[:, i].astype(np.float64)
+        traces.append(signal(f"iterations {name}", time, steps, colour, 2, **held))
+    return Figure(
+        "taken",
+        "Points and iterations of every slow period",
+        "A period takes at most M points; where it takes fewer, the tool waits at the last one.",
+        traces,
+        layout(_TIME, ["points [1]", "iterations [1]"]),
+        linked=True,
+        height=480,
+    )
+
+
+def _time(data: GovernorReportData) -> tuple[FloatArray, tuple[float, float]]:
+    step = data.run.period_s / data.machine.ratio
+    time = step * np.arange(len(data.run.tool))
+    return time, (0.0, float(time[-1]))
+
+
+def _by_index(
+    name: str, index: FloatArray, values: FloatArray, colour: str, panel: int, shown: bool
+) -> Trace:
+    kept = keep_extremes(values, BUCKETS)
+    return line(
+        name, index[kept], values[kept], colour, 1.1, panel, showlegend=shown, legendgroup=name
+    )
+
+
+def _curve(name: str, points: FloatArray, tolerance: float, colour: str, width: float) -> Trace:
+    kept = points[simplify(points, tolerance)]
+    exact = {"simplify": False}  # else plotly makes polygons of small circles
+    return line(name, kept[:, 0], kept[:, 1], colour, width, line=exact)

@@ -1,0 +1,124 @@
+"""Mutants of the extended command governor's C, each found by the same calls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from core_designs import temporary_folder
+from governor_designs import Shape, alike, governor, swap
+
+from servogen.controllers.command_governor import CommandGovernor
+from servogen.controllers.command_governor_declaration import (
+    declare_axis_governor,
+    declare_command_governor,
+)
+from servogen.controllers.command_governor_design import CommandGovernorDesign
+from servogen.emit.package import emit_package
+from servogen.sil.build import compile_package
+from servogen.sil.command_governor_calls import command_governor_calls
+from servogen.sil.compiled import CompiledController
+from servogen.sil.edges import edge_calls
+from servogen.sil.harness import Call, compare
+
+# One worker: the mutants are one module.
+pytestmark = pytest.mark.xdist_group("governor mutants")
+MUTANTS: dict[str, Callable[[str], str]] = {
+    "the next sample of the other axis": swap("= told_y.velocity;", "= told_x.velocity;"),
+    "the first point": swap(
+        "(at == 0) ? last : points[at - 1]", "points[(at == 0) ? 0 : (at - 1)]"
+    ),
+    "beyond n_points it is read": swap("if (i >= count) {", "if (i >= CORE_WINDOW) {"),
+    "one point is not looked at": swap("if (i >= count) {", "if (i >= (count - 1)) {"),
+    "infinite is out of range": swap("if (here == SG_NOT_FINITE) {", "if (here == SG_OK) {"),
+    "slow points are not looked at": swap(
+        "core_check(in->n_points, in->slow_x, core_limit_x)", "SG_OK"
+    ),
+    "the first interval's points": swap(
+        "const int32_t begin = core_index(self, i);\n        const",
+        "const int32_t begin = core_index(self, next);\n        const",
+    ),
+    "greatest of the others alone": swap("ask->low[i] = greatest", "ask->low[i] = least"),
+    "the point after those machined": swap(
+        "const int32_t ahead = end;", "const int32_t ahead = begin;"
+    ),
+    "the end of the path": swap("(ahead < in->n_points) ? (ahead + 1) : ahead", "ahead"),
+    "taken where it waits": swap("taken = 0; /*", "/*"),
+    "a plan that failed is kept": swap(
+        "core_forget(self);\n    } else {\n        SG", "} else {\n        SG"
+    ),
+    "planned is counted from before": swap(
+        "core_index(self, next) - taken", "core_index(self, next)"
+    ),
+    "planned does not move": swap("core_index(self, next) - taken", "core_index(self, i) - taken"),
+    "never finished": swap("? SG_FINISHED : SG_OK", "? SG_OK : SG_OK"),
+    "always finished": swap("(in->n_points == 0)", "(in->n_points >= 0)"),
+    "y decides nothing": swap(
+        "status = sg_worse(status, core_govern_y(self, in, out));",
+        "(void)core_govern_y(self, in, out);",
+    ),
+    "the tool's place": swap("in->points_y, taken);", "in->points_x, taken);"),
+    "held plans keep their points": swap(
+        "core_hold_y(self, status, out);\n        core_forget(self);",
+        "core_hold_y(self, status, out);",
+    ),
+    "one axis goes on": swap("core_hold_y(self, status, out);", ""),
+    "one axis is ready": swap("status = sg_worse(status, status_x);", ""),
+    "planned beyond the window": swap(
+        "? self->planned[i] : in->n_points;", "? self->planned[i] : self->planned[i];"
+    ),
+}
+
+
+BASE = Shape("whole", cap=6)
+
+
+def renamed(number: int) -> CommandGovernorDesign:
+    """All on the same axis."""
+    return replace(alike(governor(BASE)), prefix=f"mutant{number}")
+
+
+@cache
+def mutants() -> Any:
+    """One package with a governor for each."""
+    own = [renamed(number) for number in range(len(MUTANTS) + 1)]
+    axis = declare_axis_governor(own[0].axes[0])
+    made = emit_package("mutants", (axis, *(declare_command_governor(design) for design in own)))
+    files = dict(made.files)
+    for design, change in zip(own, MUTANTS.values(), strict=False):
+        p = design.prefix
+        text = files[f"{p}.c"].replace(f"{p}_", "core_").replace(f"{p.upper()}_", "CORE_")
+        text = change(text).replace("CORE_", f"{p.upper()}_")
+        files[f"{p}.c"] = text.replace("core_", f"{p}_")
+    folder = temporary_folder("governor-mutants")
+    return compile_package([replace(made, files=files)], folder, ["-O0", "-Wno-error", "-w"])
+
+
+@cache
+def calls() -> list[Call]:
+    design = renamed(0)
+    some = list(command_governor_calls(design, np.random.default_rng(8), 200))
+    # measurements that fail in the middle of a motion
+    some += command_governor_calls(design, np.random.default_rng(9), 400, bad=0.3)
+    return [*some, *edge_calls(CommandGovernor(design).declaration)]
+
+
+def found(number: int) -> str:
+    """The first thing that these calls say of the C of a mutant; empty for nothing."""
+    reference = CommandGovernor(renamed(number))
+    agreement = compare(reference, CompiledController(mutants(), reference.declaration), calls())
+    return "" if agreement.passed else str(agreement.difference)
+
+
+def test_the_unchanged_package_agrees() -> None:
+    assert found(len(MUTANTS)) == ""
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_every_mutant_is_found(name: str) -> None:
+    told = found(list(MUTANTS).index(name))
+    assert told, f"nothing noticed the mutant {name!r}"
