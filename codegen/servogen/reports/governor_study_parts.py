@@ -14,6 +14,9 @@ from servogen.systems.command_governor_rows import GovernorRow
 from servogen.systems.command_governor_study import EXTENDED, GovernorStudy
 from servogen.systems.command_governor_sweeps import REFERENCES, Sweep, Trial
 
+# Of both logarithmic axes: plotly's own leave out most decades.
+_TICKS = [round(m * 10.0**e, 3) for e in range(-3, 5) for m in (1, 2, 5)]
+
 
 def study_parts(data: GovernorReportData) -> list[object]:
     """Figure and tables, or what to run for them."""
@@ -39,13 +42,13 @@ def _figure(study: GovernorStudy) -> Figure:
     own = [row for row in done if row.name.startswith(EXTENDED)]
     others = [row for row in done if row not in own]
     traces = [
-        _marks("extended governor", own, X_COLOUR, "circle"),
-        _marks("others", others, PATH_COLOUR, "circle-open"),
+        _marks("extended governor", own, X_COLOUR, "circle", ("bottom",)),
+        _marks("others", others, PATH_COLOUR, "circle-open", ("top", "bottom", "bottom", "top")),
     ]
     shape = layout("RMS acceleration of both axes [m/s²]", ["time [s]"])
     shape["hovermode"] = "closest"
     for axis in ("xaxis", "yaxis"):
-        shape[axis] |= {"type": "log", "nticks": 8, "automargin": True}
+        shape[axis] |= {"type": "log", "tickvals": _TICKS, "automargin": True}
     return Figure(
         "study",
         "Time against acceleration",
@@ -57,7 +60,10 @@ def _figure(study: GovernorStudy) -> Figure:
     )
 
 
-def _marks(name: str, rows: list[GovernorRow], colour: str, symbol: str) -> Trace:
+def _marks(
+    name: str, rows: list[GovernorRow], colour: str, symbol: str, places: tuple[str, ...]
+) -> Trace:
+    """``places`` of the names, in turn: neighbours in the list are neighbours in the picture."""
     edge = {"width": 2, "color": colour}
     return {
         "type": "scatter",
@@ -66,7 +72,7 @@ def _marks(name: str, rows: list[GovernorRow], colour: str, symbol: str) -> Trac
         "x": [float(f"{_rms(row):.5g}") for row in rows],
         "y": [float(f"{row.time_s:.6g}") for row in rows],
         "text": [row.name for row in rows],
-        "textposition": ["top center" if i % 2 else "bottom center" for i in range(len(rows))],
+        "textposition": [f"{places[i % len(places)]} center" for i in range(len(rows))],
         "textfont": {"size": 11, "color": colour},
         "hovertemplate": "%{text}: %{y:.2f} s, %{x:.3f} m/s²<extra></extra>",
         "marker": {"size": 10, "color": colour, "symbol": symbol, "line": edge},
@@ -117,7 +123,7 @@ def _sweep(sweep: Sweep) -> Table:
             "velocity beyond",
             "stroke beyond [mm]",
         ]
-    rows = tuple((text(trial.label), *_trial(trial)) for trial in sweep.trials)
+    rows = tuple((text(trial.label, "name"), *_trial(trial)) for trial in sweep.trials)
     return Table(sweep.title, tuple(columns), rows, sweep.note)
 
 

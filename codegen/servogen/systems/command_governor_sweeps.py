@@ -128,14 +128,16 @@ def sweeps(machine: GovernorMachine) -> tuple[tuple[str, str, tuple[Setting, ...
         ),
         (
             "Points ahead",
-            "How much of the path a plan is shown. A plan that sees only a few periods chases no "
-            "reference that is far away.",
+            "How much of the path a plan is shown. With a few periods of it the pattern as "
+            "reference is slower; the minimal motion hardly changes.",
             tuple(_ahead(machine)),
         ),
         (
             "Stroke reserve",
-            "What the minimal motion leaves of the stroke sets its pace: where it lies on the "
-            "envelope, a stage at rest at its end of a plan has only that much more in reach.",
+            "What the minimal motion leaves of the stroke, and why it is slower than the pattern: "
+            "where it lies on the envelope, a stage at rest at the end of its plan has only that "
+            "much more in reach, and the drawing goes on by so much a period. The pattern as "
+            "reference leaves the whole stroke and does not change.",
             tuple(_reserve(machine)),
         ),
         (
