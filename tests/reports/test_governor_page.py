@@ -148,7 +148,9 @@ def test_a_controller_that_stood_still_is_told(full: GovernorReportData) -> None
     assert full.study is not None
     rows = list(full.study.rows)
     rows[2] = replace(rows[2], complete=False, stopped="after 9 periods", time_s=float("nan"))
-    text = readable(make_governor_report(replace(full, study=replace(full.study, rows=rows))))
+    text = readable(
+        make_governor_report(replace(full, study=replace(full.study, rows=tuple(rows))))
+    )
     assert "after 9 periods" in text
     assert "nan" not in text.lower().replace("nano", "")
 

@@ -27,6 +27,8 @@ _TIME = "time [s]"
 _COLOURS = (("x", X_COLOUR), ("y", Y_COLOUR))
 # Of the drawing's extent: a tenth of a pixel at tenfold zoom.
 _TOLERANCE_SHARE = 1e-5
+# A limit that is so many times the largest value would leave a flat line to look at.
+_FAR = 4.0
 
 
 def motion_figures(data: GovernorReportData) -> list[Figure]:
@@ -190,13 +192,19 @@ def limits_figure(data: GovernorReportData) -> Figure:
             traces.append(signal(name, time, values, colour, panel, **own))
     fastest = max(level.velocity_m_per_s for level in levels)
     hardest = max(level.acceleration_m_per_s2 for level in levels)
-    traces += [*limits(span, fastest), *limits(span, hardest, 2, shown=False)]
+    traces += limits(span, fastest)
+    largest = max(data.row.motion.largest_acceleration)
+    told = ""
+    if hardest <= _FAR * largest:
+        traces += limits(span, hardest, 2, shown=False)
+    else:
+        told = f" The limit of the acceleration, {hardest:g} m/s², is beyond the picture."
     return Figure(
         "limits",
         "Velocity and acceleration of the slow stages",
         f"Kept at {data.machine.project.controller.governor.sub_samples} instants of every slow "
         "period; between them velocity is at most "
-        f"{100.0 * (1.0 + data.row.between.velocity):.2f} % of its limit.",
+        f"{100.0 * (1.0 + data.row.between.velocity):.2f} % of its limit.{told}",
         traces,
         layout(_TIME, ["velocity [m/s]", "acceleration [m/s²]"]),
         linked=True,
