@@ -244,7 +244,8 @@ def test_two_stage_controllers_on_the_minimal_motion_stay_within_the_stroke() ->
     rows = {row.name: row for row in compared().found.rows}
     row = rows["two-stage SPRG, minimal motion"]
     assert row.complete
-    assert -0.9 < row.instants.stroke <= 1e-9
+    # more than the half that they were told of
+    assert -0.45 < row.instants.stroke <= 1e-9
     assert row.motion.distance_m[0] < rows["two-stage SPRG, pattern"].motion.distance_m[0]
 
 
