@@ -7,9 +7,12 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from small_project import Outcome
 
 from servogen.project.systems import load_any_project
+from servogen.systems import command_governor_study
+from servogen.systems.command_governor_sweeps import sweeps
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
@@ -28,16 +31,20 @@ def test_init_gives_a_project_that_is_a_good_one(tmp_path: Path, servogen_comman
     assert "make_drawing.py" not in names
 
 
-def test_the_closed_loop_and_the_comparison(tmp_path: Path, servogen_command: Command) -> None:
+def test_the_closed_loop_and_the_comparison(
+    tmp_path: Path, servogen_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
     toml = small_project(tmp_path).file
     found = servogen_command("simulate", toml, "--reference", "--json", tmp_path / "s.json")
     assert found.status == 0, found.err
     assert "Python reference inside" in found.out
     told = json.loads((tmp_path / "s.json").read_text())
     assert (told["passed"], told["complete"]) == (True, True)
+    monkeypatch.setattr(command_governor_study, "sweeps", lambda machine: sweeps(machine)[3:])
     found = servogen_command("study", toml, "--json", "-")
     assert found.status == 0, found.err
-    assert len(json.loads(found.out)["rows"]) == 7
+    told = json.loads(found.out)
+    assert (len(told["rows"]), len(told["sweeps"])) == (10, 1)
 
 
 def test_the_build_says_what_its_user_should_know(

@@ -23,6 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
 from governor_example import compared, simulated, small_system
 
+PLOTS = ("flow", "pattern", "tube", "path", "response", "stroke", "limits", "taken", "study")
+
 
 @pytest.fixture(scope="module")
 def bare() -> GovernorReportData:
@@ -67,7 +69,7 @@ def test_same_data_same_bytes_and_no_folder(full: GovernorReportData, page: str)
 
 def test_every_figure_is_there_and_valid(page: str) -> None:
     found = plots(page)
-    assert list(found) == [f"plot-{n}" for n in ("pattern", "tube", "response", "limits", "taken")]
+    assert list(found) == [f"plot-{n}" for n in PLOTS]
     for plot in found.values():
         plotly.graph_objects.Figure({"data": plot["data"], "layout": plot["layout"]})
         axes = [value for key, value in plot["layout"].items() if re.fullmatch(r"[xy]axis\d*", key)]
@@ -94,9 +96,34 @@ def test_peaks_of_the_run_are_in_the_plots(full: GovernorReportData, page: str) 
          row.motion.largest_velocity[1], row.motion.largest_acceleration[1]), strict=True,
     ):  # fmt: skip
         assert np.max(np.abs(trace["y"])) == pytest.approx(largest, rel=1e-5)
-    fast = [t["y"] for t in found["plot-response"]["data"] if t["name"].startswith("fast")]
+    fast = [t["y"] for t in found["plot-stroke"]["data"] if t["name"].startswith("fast")]
     worst = max(np.max(np.abs(values)) for values in fast)
     assert worst == pytest.approx(0.025 * (1.0 + row.between.stroke), rel=1e-5)
+
+
+def test_the_slow_stage_is_between_the_bounds_of_its_points(
+    full: GovernorReportData, page: str
+) -> None:
+    """At the ends of every period, by the points that were machined in it."""
+    run, traces = full.run, plots(page)["plot-response"]["data"]
+    upper, lower = (np.array(traces[i]["y"]) for i in (1, 0))
+    position = run.slow_fine[:: full.machine.ratio, 0, 0]
+    for ends in (position[:-1], position[1:]):
+        assert np.all(ends <= upper[:-1] + 1e-6)
+        assert np.all(ends >= lower[:-1] - 1e-6)
+    assert np.min(np.minimum(upper[:-1] - ends, ends - lower[:-1])) < 1e-3
+    first = full.machine.points[: int(run.taken[0]) + 1, 0]
+    assert lower[0] == pytest.approx(np.max(first) - 0.025, abs=1e-6)
+
+
+def test_the_options_are_told(full: GovernorReportData, page: str) -> None:
+    text = readable(page)
+    assert full.study is not None
+    for sweep in full.study.sweeps:
+        assert sweep.title in text
+        for trial in sweep.trials:
+            assert trial.label in text
+            assert number(trial.rows[1].time_s) in text
 
 
 def test_numbers_are_those_of_the_data(full: GovernorReportData, page: str) -> None:
@@ -121,7 +148,9 @@ def test_a_controller_that_stood_still_is_told(full: GovernorReportData) -> None
     assert full.study is not None
     rows = list(full.study.rows)
     rows[2] = replace(rows[2], complete=False, stopped="after 9 periods", time_s=float("nan"))
-    text = readable(make_governor_report(replace(full, study=replace(full.study, rows=rows))))
+    text = readable(
+        make_governor_report(replace(full, study=replace(full.study, rows=tuple(rows))))
+    )
     assert "after 9 periods" in text
     assert "nan" not in text.lower().replace("nano", "")
 
@@ -158,4 +187,4 @@ def test_all_plots_are_drawn(page: str, tmp_path: Path) -> None:
     report.write_text(page, encoding="utf-8")
     seen = browser.look(report, tmp_path / "page.png", width=900)
     assert seen.faults == []
-    assert seen.plots == 5
+    assert seen.plots == len(PLOTS)

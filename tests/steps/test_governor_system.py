@@ -23,7 +23,7 @@ from servogen.steps.governor import GovernorSystem, prepare_governor
 from servogen.steps.governor_run import BACKUP_SHARE
 from servogen.steps.governor_study import GovernorStudyResult
 from servogen.steps.prepare import prepare
-from servogen.systems.command_governor_study import EXTENDED, LOW_PASS, PATH
+from servogen.systems.command_governor_study import CASCADES, EXTENDED, LOW_PASS, PATH, REFERENCES
 
 
 def test_the_project_s_type_chooses_the_system(tmp_path: Path) -> None:
@@ -118,28 +118,34 @@ def test_the_comparison_has_every_controller_on_both_references() -> None:
     assert found.passed
     names = [row.name for row in found.found.rows]
     assert names == [
-        f"{EXTENDED}, minimal motion", f"{EXTENDED}, pattern", f"{PATH}, minimal motion",
-        f"{PATH}, pattern", "SPRG", "SPRG-MPC", LOW_PASS,
+        *(f"{own}, {told}" for own in (EXTENDED, PATH, *CASCADES) for told in REFERENCES.values()),
+        f"{LOW_PASS}, 2 Hz", f"{LOW_PASS}, 0.5 Hz",
     ]  # fmt: skip
     rows = dict(zip(names, found.found.rows, strict=True))
     own = rows[f"{EXTENDED}, minimal motion"]
     assert own == replace(simulated().row, name=own.name)
     quiet, quick = own, rows[f"{EXTENDED}, pattern"]
     assert sum(quiet.motion.distance_m) < sum(quick.motion.distance_m)
-    assert rows[LOW_PASS].time_s > 2.0 * own.time_s
-    assert rows["SPRG-MPC"].iterations[0] > 0.0 == rows["SPRG"].iterations[0]
-    for name in ("SPRG", "SPRG-MPC"):
-        assert rows[name].complete
-        assert max(rows[name].instants.velocity, rows[name].instants.stroke) <= 1e-9
+    assert rows[f"{LOW_PASS}, 2 Hz"].time_s > 2.0 * own.time_s
+    for told in REFERENCES.values():
+        alone, planned = (rows[f"{name}, {told}"] for name in CASCADES)
+        assert planned.iterations[0] > 0.0 == alone.iterations[0]
+        for row in (alone, planned):
+            assert row.complete
+            assert max(row.instants.velocity, row.instants.stroke) <= 1e-9
     data = json.loads(json_text(found.to_json()))
-    assert data["rows"][6]["time_s"] == rows[LOW_PASS].time_s
-    assert len(found.lines()) == 8
+    assert data["rows"][9]["time_s"] == rows[f"{LOW_PASS}, 0.5 Hz"].time_s
+    assert data["velocity_bound_s"] <= own.time_s
+    told_rows = [line for line in found.lines() if any(name in line for name in names)]
+    assert len(told_rows) == 10
+    settings = sum(len(sweep["trials"]) for sweep in data["sweeps"])
+    assert len(found.lines()) == 3 + 10 + 4 + settings
 
 
 def test_a_broken_promise_fails_the_comparison_and_a_rival_s_does_not() -> None:
     found = compared().found
     broken = tuple(replace(row, instants=replace(row.instants, velocity=0.1)) for row in found.rows)
-    failed = GovernorStudyResult(replace(found, rows=broken))
+    failed = GovernorStudyResult(replace(found, rows=broken, sweeps=()))
     assert not failed.passed
     assert [fault.split(":")[0] for fault in failed.faults] == [row.name for row in broken[:2]]
     assert "FAILED" in failed.lines()[-1]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,13 +14,19 @@ import scipy.signal
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
-from governor_example import simulated, small_system
+from governor_example import compared, simulated, small_system
 
+from servogen.controllers.command_governor import CommandGovernor
+from servogen.controllers.command_governor_design import CommandGovernorDesign
+from servogen.controllers.design import Status, Value
 from servogen.controllers.governor_design import AXES
 from servogen.plants.statespace import discretise
+from servogen.progress import Silent
+from servogen.systems import command_governor_study
 from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor import GovernorMachine, governor_design, on_reference
 from servogen.systems.command_governor_cascade import as_two_stage, cascade_row
+from servogen.systems.command_governor_loop import Governor
 from servogen.systems.command_governor_rivals import PathGovernor, low_pass_row
 from servogen.systems.command_governor_rows import (
     instant_states,
@@ -28,6 +36,7 @@ from servogen.systems.command_governor_rows import (
     worst_excess,
 )
 from servogen.systems.command_governor_study import compare_governors, run_machine
+from servogen.systems.command_governor_sweeps import Shortsighted, sweeps
 
 
 def machine() -> GovernorMachine:
@@ -146,21 +155,98 @@ def test_the_low_pass_is_what_scipy_says_at_the_feed_it_found() -> None:
     assert np.max(np.abs(states[:, 1])) == pytest.approx(row.motion.largest_velocity[0], rel=0.02)
 
 
-def test_a_controller_that_stalls_is_a_row_that_says_so() -> None:
-    from servogen.progress import Silent
+@contextmanager
+def stalling(design: CommandGovernorDesign) -> Iterator[Governor]:
+    """A governor that the loop gives up on."""
 
+    class Stalling(CommandGovernor):
+        def call(
+            self, operation: str, inputs: Mapping[str, Value] | None = None
+        ) -> tuple[Status, dict[str, Value]]:
+            if operation == "step":
+                raise Stalled("after 9 slow periods only 3 of 5 points")
+            return super().call(operation, inputs)
+
+    yield Stalling(design)
+
+
+def test_a_controller_that_stalls_is_a_row_that_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*_: object):  # type: ignore[no-untyped-def]
         raise Stalled("after 9 slow periods only 3 of 5 points")
 
-    found = compare_governors(machine(), never, never, Silent())
+    monkeypatch.setattr(command_governor_study, "sweeps", lambda _: sweeps(machine())[3:])
+    found = compare_governors(machine(), stalling, never, Silent())
     first = found.rows[0]
     assert not first.complete
     assert first.faults == ["the path was not finished: after 9 slow periods only 3 of 5 points"]
-    assert first.name not in found.runs
-    assert [row.name for row in found.rows[4:6]] == ["SPRG", "SPRG-MPC"]
-    assert not found.rows[5].complete
-    assert found.rows[5].faults == []
-    assert found.rows[2].complete
+    names = [row.name for row in found.rows]
+    assert names[4:6] == ["two-stage SPRG, minimal motion", "two-stage SPRG, pattern"]
+    assert not found.rows[7].complete
+    assert found.rows[7].faults == []
+    assert found.rows[3].complete
+    (swept,) = found.sweeps
+    assert [trial.rows[0].complete for trial in swept.trials] == [False, False]
+
+
+def test_what_the_options_do() -> None:
+    """Of a small machine: the same as a project that has them, each by what it is there for."""
+    found = {sweep.title: sweep.trials for sweep in compared().found.sweeps}
+    between = {trial.label: trial.rows for trial in found["Between the samples"]}
+    one, two, three, five = (between[f"N = {n}"] for n in (1, 2, 3, 5))
+    for reference in (0, 1):
+        over = [rows[reference].between.velocity for rows in (one, two, three, five)]
+        assert over[0] > max(over[1:3])
+        assert min(over[1:3]) > over[3] > 0.0
+    assert [*three] == [*compared().found.rows[:2]]
+    margin = between["N = 3, these and a margin of 0.25 mm"]
+    assert all(row.instants.stroke <= -0.01 + 1e-9 for row in margin)
+    assert all(row.between.stroke < 0.0 for row in margin)
+    assert all(row.complete for rows in between.values() for row in rows)
+    least = [trial.rows[0] for trial in found["Stroke reserve"]]
+    assert [row.time_s for row in least] == sorted((r.time_s for r in least), reverse=True)
+    assert least[-1].time_s < least[0].time_s
+    after, at = (trial.rows[0] for trial in found["Index of (21)"])
+    assert after.time_s < at.time_s
+
+
+def test_a_shortened_sight_is_that_of_a_design_with_that_window() -> None:
+    own = machine()
+    design = governor_design(own)
+    short = replace(design, window=3 * own.ratio)
+    seen = run_machine(own, design, Shortsighted(CommandGovernor(design), short.window), 30)
+    made = run_machine(own, short, CommandGovernor(short), 30)
+    np.testing.assert_array_equal(seen.command, made.command)
+    np.testing.assert_array_equal(seen.taken, made.taken)
+    whole = run_machine(own, design, CommandGovernor(design), 30)
+    assert not np.array_equal(whole.command, made.command)
+
+
+def test_a_faster_stage_is_the_same_one_in_less_time() -> None:
+    own = machine()
+    quick = None
+    for setting in sweeps(own)[0][2]:
+        if setting.label == "stage 4 times as fast, N = 3":
+            assert setting.build is not None
+            quick = setting.build()
+    assert quick is not None
+    slow, fast = (discretise(m.slow[0], t) for m, t in ((own, 0.08), (quick, 0.02)))
+    state = np.zeros(3), np.zeros(3)
+    for _ in range(12):
+        state = slow.a @ state[0] + slow.b, fast.a @ state[1] + fast.b
+        np.testing.assert_allclose(state[1], state[0] * [1, 4, 16], rtol=1e-9, atol=1e-12)
+    assert quick.sets[0].limits == own.sets[0].limits
+    np.testing.assert_allclose(quick.slow[0].poles, -80.0, rtol=1e-3)
+
+
+def test_two_stage_controllers_on_the_minimal_motion_stay_within_the_stroke() -> None:
+    """They are told half of it, and the motion leaves the other half: what is judged is the
+    pattern's point, not theirs."""
+    rows = {row.name: row for row in compared().found.rows}
+    row = rows["two-stage SPRG, minimal motion"]
+    assert row.complete
+    # more than the half that they were told of
+    assert -0.45 < row.instants.stroke <= 1e-9
+    assert row.motion.distance_m[0] < rows["two-stage SPRG, pattern"].motion.distance_m[0]
 
 
 def test_paper_1_s_machine_is_the_same_one_moved_to_the_middle() -> None:

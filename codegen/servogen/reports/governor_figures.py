@@ -7,6 +7,7 @@ import numpy as np
 from servogen.precision import FloatArray
 from servogen.reports.decimation import keep_extremes, simplify
 from servogen.reports.governor_data import GovernorReportData
+from servogen.reports.governor_flow_figure import flow_figure
 from servogen.reports.style import (
     BUCKETS,
     LIMIT_COLOUR,
@@ -26,48 +27,73 @@ _TIME = "time [s]"
 _COLOURS = (("x", X_COLOUR), ("y", Y_COLOUR))
 # Of the drawing's extent: a tenth of a pixel at tenfold zoom.
 _TOLERANCE_SHARE = 1e-5
+# A limit that is so many times the largest value would leave a flat line to look at.
+_FAR = 4.0
 
 
 def motion_figures(data: GovernorReportData) -> list[Figure]:
     """In the order of the page."""
     return [
+        flow_figure(data),
         pattern_figure(data),
         tube_figure(data),
+        path_figure(data),
         response_figure(data),
+        stroke_figure(data),
         limits_figure(data),
         taken_figure(data),
     ]
 
 
 def pattern_figure(data: GovernorReportData) -> Figure:
-    """The pattern, the reference of the slow stages, and where they went."""
+    """Pattern and minimal motion (Figure 1)."""
+    least = data.machine.project.controller.motion.reference == "minimal_motion"
+    sent = "that is where the governor sends them" if least else "here they are sent to the pattern"
+    return _map(
+        data,
+        "pattern",
+        "Pattern and minimal motion",
+        "The least that the slow stages have to move for the fast ones to reach every point; "
+        f"{sent}.",
+        ("minimal motion", data.machine.motion, Y_COLOUR),
+    )
+
+
+def path_figure(data: GovernorReportData) -> Figure:
+    """Pattern and slow stages (Figure 6)."""
+    return _map(
+        data,
+        "path",
+        "Pattern and slow stage",
+        "Where the slow stages went; the fast ones made up the rest.",
+        ("slow stage", data.run.slow_fine[:, :, 0], X_COLOUR),
+    )
+
+
+def _map(
+    data: GovernorReportData,
+    name: str,
+    title: str,
+    caption: str,
+    other: tuple[str, FloatArray, str],
+) -> Figure:
+    """The pattern from above, and another curve."""
     machine = data.machine
     tolerance = _TOLERANCE_SHARE * float(np.max(np.ptp(machine.points, axis=0)))
+    told, curve, colour = other
     traces = [
         _curve("pattern", machine.timed.tool_path.points, tolerance, PATH_COLOUR, 1.0),
-        _curve("minimal motion", machine.motion, tolerance, Y_COLOUR, 1.2),
-        _curve("slow stage", data.run.slow_fine[:, :, 0], tolerance, X_COLOUR, 1.6),
+        _curve(told, curve, tolerance, colour, 1.8),
     ]
     shape = layout("x [m]", ["y [m]"])
     shape["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
     shape["xaxis"] |= {"constrain": "domain"}
     shape["hovermode"] = "closest"
-    least = machine.project.controller.motion.reference == "minimal_motion"
-    sent = "the minimal motion" if least else "the pattern itself"
-    return Figure(
-        "pattern",
-        "Pattern and slow stage",
-        f"The slow stages are sent to {sent}; the fast ones make up the rest.",
-        traces,
-        shape,
-        height=760,
-        max_width="780px",
-        square=True,
-    )
+    return Figure(name, title, caption, traces, shape, height=760, max_width="780px", square=True)
 
 
 def tube_figure(data: GovernorReportData) -> Figure:
-    """Pattern, envelope and minimal motion over the index."""
+    """Pattern, envelope and minimal motion over the index (Figures 2, 4 and 5)."""
     machine = data.machine
     governor = machine.project.controller.governor
     traces: list[Trace] = []
@@ -96,31 +122,66 @@ def tube_figure(data: GovernorReportData) -> Figure:
 
 
 def response_figure(data: GovernorReportData) -> Figure:
-    """How far the tool is from the slow stage, against the stroke."""
+    """Slow stages between the bounds that the points of every period make (Figures 7 and 8)."""
+    run = data.run
+    time, _ = _time(data)
+    ends = run.period_s * np.arange(run.status.size + 1)
+    held = {"line": {"shape": "hv", "dash": "dot"}}
+    traces: list[Trace] = []
+    for panel, (name, colour) in enumerate(_COLOURS, start=1):
+        stroke = data.machine.sets[panel - 1].limits.fast_range_m
+        least, greatest = machined_range(data, panel - 1)
+        for bound, told in ((greatest - stroke, panel == 1), (least + stroke, False)):
+            steps = np.append(bound, bound[-1])
+            traces.append(
+                line("stroke about the points of the period", ends, steps, LIMIT_COLOUR, 1.0,
+                     panel, legendgroup="bound", showlegend=told, **held)
+            )  # fmt: skip
+        own = run.slow_fine[:, panel - 1, 0]
+        traces.append(signal(f"slow stage {name}", time, own, colour, panel))
+    return Figure(
+        "response",
+        "Response between the stroke's bounds",
+        "In every period the slow stage has to be within the stroke of all points that are "
+        "machined in it, at its beginning and at its end.",
+        traces,
+        layout(_TIME, ["x [m]", "y [m]"]),
+        linked=True,
+        height=620,
+    )
+
+
+def machined_range(data: GovernorReportData, axis: int) -> tuple[FloatArray, FloatArray]:
+    """(K,) least and greatest coordinate of the tool in every slow period, m."""
+    run, own = data.run, data.machine.points[:, axis]
+    parts = [own[a : a + n + 1] for a, n in zip(run.first, run.taken, strict=True)]
+    return np.array([np.min(p) for p in parts]), np.array([np.max(p) for p in parts])
+
+
+def stroke_figure(data: GovernorReportData) -> Figure:
+    """What is left to the fast stages, against the stroke."""
     run = data.run
     time, span = _time(data)
     traces: list[Trace] = []
     for panel, (name, colour) in enumerate(_COLOURS, start=1):
-        own = run.slow_fine[:, panel - 1, 0]
-        traces += [
-            signal(f"slow stage {name}", time, own, colour, 1),
-            signal(f"fast stage {name}", time, run.tool[:, panel - 1] - own, colour, panel + 1),
-            *limits(span, data.machine.sets[panel - 1].limits.fast_range_m, panel + 1, panel == 1),
-        ]
+        left = run.tool[:, panel - 1] - run.slow_fine[:, panel - 1, 0]
+        traces.append(signal(f"fast stage {name}", time, left, colour, panel))
+        reach = data.machine.sets[panel - 1].limits.fast_range_m
+        traces += limits(span, reach, panel, panel == 1)
     return Figure(
-        "response",
-        "Response and stroke",
-        "The slow stages over time, and the share of the pattern that is left to the fast ones, "
-        "within the stroke at the ends of the slow periods.",
+        "stroke",
+        "Use of the stroke",
+        "What is left to the fast stages, at most "
+        f"{100.0 * (1.0 + data.row.between.stroke):.2f} % of their range at any fast sample.",
         traces,
-        layout(_TIME, ["slow [m]", "fast x [m]", "fast y [m]"]),
+        layout(_TIME, ["fast x [m]", "fast y [m]"]),
         linked=True,
-        height=640,
+        height=480,
     )
 
 
 def limits_figure(data: GovernorReportData) -> Figure:
-    """Velocities and accelerations of the slow stages with their limits."""
+    """Velocities and accelerations of the slow stages with their limits (Figure 9)."""
     time, span = _time(data)
     traces: list[Trace] = []
     levels = [target.limits for target in data.machine.sets]
@@ -131,13 +192,19 @@ def limits_figure(data: GovernorReportData) -> Figure:
             traces.append(signal(name, time, values, colour, panel, **own))
     fastest = max(level.velocity_m_per_s for level in levels)
     hardest = max(level.acceleration_m_per_s2 for level in levels)
-    traces += [*limits(span, fastest), *limits(span, hardest, 2, shown=False)]
+    traces += limits(span, fastest)
+    largest = max(data.row.motion.largest_acceleration)
+    told = ""
+    if hardest <= _FAR * largest:
+        traces += limits(span, hardest, 2, shown=False)
+    else:
+        told = f" The limit of the acceleration, {hardest:g} m/s², is beyond the picture."
     return Figure(
         "limits",
         "Velocity and acceleration of the slow stages",
         f"Kept at {data.machine.project.controller.governor.sub_samples} instants of every slow "
         "period; between them velocity is at most "
-        f"{100.0 * (1.0 + data.row.between.velocity):.2f} % of its limit.",
+        f"{100.0 * (1.0 + data.row.between.velocity):.2f} % of its limit.{told}",
         traces,
         layout(_TIME, ["velocity [m/s]", "acceleration [m/s²]"]),
         linked=True,
@@ -146,7 +213,7 @@ def limits_figure(data: GovernorReportData) -> Figure:
 
 
 def taken_figure(data: GovernorReportData) -> Figure:
-    """Points machined in every slow period, and the iterations that it took."""
+    """Points machined in every slow period (Figure 10), and the iterations that it took."""
     run = data.run
     time = run.period_s * np.arange(run.status.size)
     held = {"line": {"shape": "hv"}}

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import math
-
 from servogen.reports.checks import Check, build_checks, step_checks
 from servogen.reports.count_tables import wcet_parts
 from servogen.reports.evidence_tables import evidence_parts
 from servogen.reports.governor_data import GovernorReportData
 from servogen.reports.governor_figures import motion_figures
-from servogen.reports.numbers import NOTHING, number, percent
+from servogen.reports.governor_study_parts import study_parts, used_cell
+from servogen.reports.numbers import number, percent
 from servogen.reports.page import Page, render
 from servogen.reports.step_tables import build_parts, sil_parts
 from servogen.reports.tables import (
     BAD,
-    MUTED,
     PLAIN,
-    Cell,
-    Missing,
     Section,
     Table,
-    figure_cell,
     passed_cell,
     text,
 )
@@ -93,14 +88,16 @@ def _study_check(data: GovernorReportData) -> Check:
     name = "Comparison"
     if data.study is None:
         return Check(name, None, "not run", f"servogen study {data.toml}")
-    faults = [f"{row.name}: {fault}" for row in data.study.rows for fault in row.faults]
+    swept = [row for sweep in data.study.sweeps for t in sweep.trials for row in t.rows]
+    rows = dict.fromkeys([*data.study.rows, *swept])
+    faults = [f"{row.name}: {fault}" for row in rows for fault in row.faults]
     return Check(name, not faults, "; ".join(faults) or f"{len(data.study.rows)} controllers")
 
 
 def _sections(data: GovernorReportData) -> list[Section]:
     return [
         Section("motion", "Motion", (*motion_figures(data), limits_table(data.row))),
-        Section("study", "Comparison", (_study(data),)),
+        Section("study", "Comparison", tuple(study_parts(data))),
         Section("sil", "Equivalence", tuple(sil_parts(data))),
         Section("wcet", "Counts and cycles", tuple(wcet_parts(data))),
         Section("evidence", "Evidence", tuple(evidence_parts(data))),
@@ -113,51 +110,12 @@ def limits_table(row: GovernorRow) -> Table:
     rows = tuple(
         (
             text(name),
-            _used(getattr(row.instants, name), row.tolerance, BAD),
+            used_cell(getattr(row.instants, name), row.tolerance, BAD),
             passed_cell(getattr(row.instants, name) <= row.tolerance, "kept", "broken"),
-            _used(getattr(row.between, name), row.tolerance, PLAIN),
+            used_cell(getattr(row.between, name), row.tolerance, PLAIN),
         )
         for name in NAMES
     )
     note = "Of the limit. What happens between the instants is told and not promised."
     columns = ("limit", "where it is kept", "verdict", "at every fast sample")
     return Table("Limits of the slow stages", columns, rows, note)
-
-
-def _used(excess: float, tolerance: float, over: str) -> Cell:
-    kind = over if excess > tolerance else PLAIN
-    return Cell(percent(1.0 + excess), kind, numeric=True)
-
-
-def _study(data: GovernorReportData) -> Table | Missing:
-    if data.study is None:
-        return Missing("The controllers have not been compared", f"servogen study {data.toml}")
-    columns = ("controller", "time [s]", "of ideal", "largest |a| [m/s²]", "mean |a| [m/s²]",
-               "covered [m]", "work [J/kg]", "iterations", "velocity kept", "velocity between",
-               "stroke between")  # fmt: skip
-    note = (
-        "One machine and drawing; accelerations are both axes' largest and mean, distance and work "
-        "their sums. The path governor commands points of its reference and plans nothing; paper "
-        "1's controllers follow the pattern and keep their limits at slow samples; the low pass "
-        "has the highest uniform feed that keeps every limit."
-    )
-    rows = tuple(_study_row(row) for row in data.study.rows)
-    return Table("Comparison", columns, rows, note)
-
-
-def _study_row(row: GovernorRow) -> tuple[Cell, ...]:
-    motion = row.motion
-    figures = (
-        row.time_s, row.time_s / row.ideal_s, max(motion.largest_acceleration),
-        sum(motion.mean_acceleration) / 2.0, sum(motion.distance_m), sum(motion.work_j_per_kg),
-        row.iterations[0],
-    )  # fmt: skip
-    shares = (row.instants.velocity, row.between.velocity, row.between.stroke)
-    if not row.complete:
-        empty = Cell(NOTHING, MUTED, numeric=True)
-        return (text(f"{row.name}: {row.stopped}"), *([empty] * (len(figures) + len(shares))))
-    return (
-        text(row.name, "name"),
-        *(figure_cell(value) for value in figures),
-        *(text(NOTHING) if math.isnan(s) else _used(s, row.tolerance, PLAIN) for s in shares),
-    )

@@ -103,6 +103,7 @@ def row_json(row: GovernorRow) -> dict[str, object]:
         "largest_velocity_m_per_s": [_number(v) for v in row.motion.largest_velocity],
         "largest_acceleration_m_per_s2": [_number(v) for v in row.motion.largest_acceleration],
         "mean_acceleration_m_per_s2": [_number(v) for v in row.motion.mean_acceleration],
+        "rms_acceleration_m_per_s2": [_number(v) for v in row.motion.rms_acceleration],
         "distance_m": [_number(v) for v in row.motion.distance_m],
         "work_j_per_kg": [_number(v) for v in row.motion.work_j_per_kg],
         "mean_iterations": _number(row.iterations[0]),

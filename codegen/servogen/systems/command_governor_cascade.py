@@ -3,6 +3,13 @@
 They know position limits about zero and fast stages with a model: the axes are moved so that their
 middle is zero, and the fast stage is a servo loop so many times faster than the slow one as in the
 bundled two-stage machine. What is judged is where the fast stage is told to be; here it is there.
+
+They know one reference, r: the tool is there, the stage is driven there, and their admissible set
+holds |p - r| within the range. A slow reference c^ apart from the pattern c is nothing they can be
+given: the set has no c to hold the stroke to. What implies it can be had, |p - c^| within half the
+stroke of a minimal motion with |c^ - c| within the other half, and that is what is run as theirs on
+the minimal motion. With the project's reserve as the range, a millimetre, the stage may never lag
+by more than that.
 """
 
 from __future__ import annotations
@@ -14,6 +21,7 @@ import numpy as np
 
 from servogen.controllers.design import Status
 from servogen.errors import InputError
+from servogen.paths.minimal_motion import pattern_motion
 from servogen.plants.statespace import StateSpace
 from servogen.project.governor_machine import GovernedAxis
 from servogen.project.load import Project
@@ -32,6 +40,8 @@ from servogen.systems.command_governor_rows import (
 )
 from servogen.systems.judgement import check_path, check_plants, check_sets
 
+# Of the stroke, that the minimal motion keeps clear for the stage to lag behind it.
+LAG_SHARE = 0.5
 # As the bundled two-stage machine's fast stages are.
 FASTER, DAMPING = 50.0, 0.7
 
@@ -71,14 +81,15 @@ def cascade_row(
     run_cascade: Callable[[two_stage.Machine, two_stage.Tuning], Run],
     planned: bool,
 ) -> GovernorRow:
-    """The scheduled-path reference governor, with its MPC or alone, on this machine.
+    """The scheduled-path reference governor, with its MPC or alone, on this machine's reference.
 
     Args:
         run_cascade: runs a design around the plant; whether with the C inside is its affair.
         planned: with the MPC behind the governor.
     """
     try:
-        moved = as_two_stage(machine)
+        least = machine.project.controller.motion.reference == "minimal_motion"
+        moved = as_two_stage(_lagging(machine) if least else machine)
         tuning = two_stage.project_tuning(moved.project)
         run = run_cascade(moved, tuning if planned else replace(tuning, horizon=0))
     except (InputError, Stalled) as error:
@@ -92,7 +103,8 @@ def _judged(name: str, machine: GovernorMachine, run: Run) -> GovernorRow:
     fine, slow = run.slow_fine.copy(), run.slow.copy()
     fine[:, :, 0] += centre
     slow[:, :, 0] += centre
-    tool = run.reference + centre
+    numbers = np.arange(len(machine.points), dtype=np.float64)
+    tool = np.stack([np.interp(run.along, numbers, own) for own in machine.points.T], axis=1)
     kept: Excess = worst_excess(machine, slow, tool[:: machine.ratio])
     return GovernorRow(
         name=name,
@@ -109,6 +121,20 @@ def _judged(name: str, machine: GovernorMachine, run: Run) -> GovernorRow:
         promised=False,
         tolerance=ROUNDING[machine.precision.name],
     )
+
+
+def _lagging(machine: GovernorMachine) -> GovernorMachine:
+    """The minimal motion as if it were the pattern, within ``LAG_SHARE`` of the stroke."""
+    own = machine.project
+    strokes = [axis.fast.range_m for _, axis in own.machine.axes]
+    x, y = (
+        axis.model_copy(update={"fast": axis.fast.model_copy(update={"range_m": LAG_SHARE * s})})
+        for (_, axis), s in zip(own.machine.axes, strokes, strict=True)
+    )
+    kept = [(1.0 - LAG_SHARE) * stroke for stroke in strokes]
+    motion = pattern_motion(machine.points, kept, 0.0)
+    project = replace(own, machine=own.machine.model_copy(update={"x": x, "y": y}))
+    return replace(machine, project=project, timed=replace(machine.timed, points=motion))
 
 
 def _centre(machine: GovernorMachine) -> np.ndarray:

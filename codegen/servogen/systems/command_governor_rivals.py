@@ -96,14 +96,17 @@ class _Filtered:
     periods: int
 
 
-def low_pass_row(machine: GovernorMachine, name: str) -> GovernorRow:
-    """The low pass at the highest uniform feed that it can have."""
+def low_pass_row(
+    machine: GovernorMachine, name: str, cutoff_hz: float | None = None
+) -> GovernorRow:
+    """The low pass, by default the project's, at the highest uniform feed that it can have."""
+    cutoff = machine.project.controller.low_pass.cutoff_hz if cutoff_hz is None else cutoff_hz
     fastest, slowest = 1.0, 0.0
-    feed, found = 1.0, _low_passed(machine, 1.0)
+    feed, found = 1.0, _low_passed(machine, 1.0, cutoff)
     if not _keeps(machine, found):
         for _ in range(FEED_HALVINGS):
             middle = 0.5 * (fastest + slowest)
-            tried = _low_passed(machine, middle)
+            tried = _low_passed(machine, middle, cutoff)
             if _keeps(machine, tried):
                 slowest, feed, found = middle, middle, tried
             else:
@@ -133,13 +136,12 @@ def _keeps(machine: GovernorMachine, found: _Filtered) -> bool:
     return max(over.position, over.velocity, over.acceleration, over.stroke) <= 0.0
 
 
-def _low_passed(machine: GovernorMachine, feed: float) -> _Filtered:
+def _low_passed(machine: GovernorMachine, feed: float, cutoff: float) -> _Filtered:
     """The whole path at ``feed`` times the ideal one."""
     points, last = machine.points, len(machine.points) - 1
     subs, taken = LOW_PASS_INSTANTS, feed * machine.ratio
     periods = int(np.ceil(last / taken))
     ends = points[np.minimum((np.arange(1, periods + 1) * taken).astype(np.int64), last)]
-    cutoff = machine.project.controller.low_pass.cutoff_hz
     keep = float(np.exp(-2.0 * np.pi * cutoff * machine.period_s))
     start = points[0] * keep
     commands, _ = scipy.signal.lfilter([1.0 - keep], [1.0, -keep], ends, axis=0, zi=start[None])

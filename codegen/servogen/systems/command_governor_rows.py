@@ -30,6 +30,7 @@ class SlowMotion:
     largest_velocity: tuple[float, float]
     largest_acceleration: tuple[float, float]
     mean_acceleration: tuple[float, float]
+    rms_acceleration: tuple[float, float]
     distance_m: tuple[float, float]
     work_j_per_kg: tuple[float, float]
 
@@ -123,7 +124,7 @@ def stopped_row(name: str, machine: GovernorMachine, why: str, promised: bool) -
         ideal_s=machine.ideal_s,
         periods=0,
         complete=False,
-        motion=SlowMotion(*((float("nan"), float("nan")),) * 5),
+        motion=SlowMotion(*((float("nan"), float("nan")),) * 6),
         iterations=(float("nan"), 0),
         backups=0,
         infeasible=0,
@@ -142,6 +143,7 @@ def slow_motion(states: FloatArray, step_s: float) -> SlowMotion:
         largest_velocity=_two(np.max(np.abs(velocity), axis=0)),
         largest_acceleration=_two(np.max(np.abs(acceleration), axis=0)),
         mean_acceleration=_two(np.mean(np.abs(acceleration), axis=0)),
+        rms_acceleration=_two(np.sqrt(np.mean(acceleration**2, axis=0))),
         distance_m=_two(np.sum(np.abs(np.diff(position, axis=0)), axis=0)),
         work_j_per_kg=_two(np.sum(np.abs(velocity * acceleration), axis=0) * step_s),
     )

@@ -5,80 +5,124 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from servogen.controllers.command_governor_design import CommandGovernorDesign
-from servogen.progress import Progress
+from servogen.progress import Progress, Task
 from servogen.systems import two_stage
 from servogen.systems.closed_loop import Run, Stalled
 from servogen.systems.command_governor import GovernorMachine, governor_design, on_reference
 from servogen.systems.command_governor_cascade import cascade_row
-from servogen.systems.command_governor_loop import GovernedRun, Governor, run_governed
+from servogen.systems.command_governor_loop import Governor
 from servogen.systems.command_governor_rivals import PathGovernor, low_pass_row
 from servogen.systems.command_governor_rows import GovernorRow, judge_governed, stopped_row
+from servogen.systems.command_governor_sweeps import (
+    REFERENCES,
+    Inside,
+    Setting,
+    Sweep,
+    Trial,
+    run_machine,
+    run_setting,
+    sweeps,
+)
 
-REFERENCES = {"minimal_motion": "minimal motion", "pattern": "pattern"}
-EXTENDED, PATH, LOW_PASS = "extended governor", "path governor", "low pass"
+__all__ = ["REFERENCES", "GovernorStudy", "compare_governors", "run_machine"]
+
+EXTENDED, PATH, LOW_PASS = "extended governor", "SPRG", "low pass"
 # Of paper 1, by whether the MPC is behind it.
-CASCADES = {"SPRG": False, "SPRG-MPC": True}
+CASCADES = {"two-stage SPRG": False, "two-stage SPRG-MPC": True}
+# Cutoffs of the low pass as shares of the project's.
+CUTOFFS = (1.0, 0.25)
+
+RunCascade = Callable[[two_stage.Machine, two_stage.Tuning], Run]
 
 
 @dataclass(frozen=True)
 class GovernorStudy:
-    """Rows, and the runs of those that have one, by their names."""
+    """Controllers compared, and what the extended governor's options do.
+
+    Attributes:
+        ideal_s: what a machine of one fast stage would take. velocity_bound_s: what the minimal
+            motion takes at the greatest velocity where that is slower, without any acceleration.
+    """
 
     rows: tuple[GovernorRow, ...]
-    runs: dict[str, GovernedRun]
+    sweeps: tuple[Sweep, ...]
+    ideal_s: float
+    velocity_bound_s: float
 
 
 def compare_governors(
-    machine: GovernorMachine,
-    extended: Callable[[GovernorMachine], GovernedRun],
-    cascade: Callable[[two_stage.Machine, two_stage.Tuning], Run],
-    progress: Progress,
+    machine: GovernorMachine, inside: Inside, cascade: RunCascade, progress: Progress
 ) -> GovernorStudy:
-    """Both governors on the minimal motion and on the pattern, then paper 1's, then the low pass.
+    """Both governors on the minimal motion and on the pattern, then paper 1's, then the low pass;
+    then the extended governor's options.
 
     Args:
-        extended: runs the extended governor on a machine; with what inside is its affair.
-        cascade: the same for a design of the two-stage machine.
+        inside: gives what runs a design of the extended governor, its reference or its C.
+        cascade: runs a design of the two-stage machine.
     """
+    asked = sweeps(machine)
+    total = 2 * (2 + len(CASCADES)) + len(CUTOFFS) + sum(len(s) for _, _, s in asked)
+    with progress.task("Comparing controllers", total=total) as task:
+        base = run_setting(Setting(EXTENDED), machine, inside)
+        task.advance(2)
+        rows = [*base.rows, *_rivals(machine, cascade, task)]
+        found = tuple(
+            Sweep(title, note, tuple(_trials(settings, machine, base, inside, task)))
+            for title, note, settings in asked
+        )
+    return GovernorStudy(tuple(rows), found, machine.ideal_s, velocity_bound_s(machine))
+
+
+def _rivals(machine: GovernorMachine, cascade: RunCascade, task: Task) -> list[GovernorRow]:
+    rows = []
     design = governor_design(machine)
-    rows: list[GovernorRow] = []
-    runs: dict[str, GovernedRun] = {}
-    with progress.task("Comparing controllers", total=2 * len(REFERENCES) + 3) as task:
-        for controller in (EXTENDED, PATH):
-            for key, told in REFERENCES.items():
-                name, own = f"{controller}, {told}", on_reference(machine, key)
-                promised = controller == EXTENDED
-                try:
-                    runs[name] = extended(own) if promised else _path_governed(own, design)
-                    rows.append(judge_governed(name, own, runs[name], promised))
-                except Stalled as stalled:
-                    rows.append(stopped_row(name, own, str(stalled), promised))
-                task.advance()
-        for name, planned in CASCADES.items():
-            rows.append(cascade_row(name, machine, cascade, planned))
-            task.advance()
-        rows.append(low_pass_row(machine, LOW_PASS))
+    for key, told in REFERENCES.items():
+        rows.append(_path_row(f"{PATH}, {told}", on_reference(machine, key), design))
         task.advance()
-    return GovernorStudy(tuple(rows), runs)
+    for name, planned in CASCADES.items():
+        for key, told in REFERENCES.items():
+            own = on_reference(machine, key)
+            rows.append(cascade_row(f"{name}, {told}", own, cascade, planned))
+            task.advance()
+    cutoff = machine.project.controller.low_pass.cutoff_hz
+    for share in CUTOFFS:
+        own_hz = share * cutoff
+        rows.append(low_pass_row(machine, f"{LOW_PASS}, {own_hz:g} Hz", own_hz))
+        task.advance()
+    return rows
 
 
-def run_machine(
+def _trials(
+    settings: tuple[Setting, ...],
     machine: GovernorMachine,
-    design: CommandGovernorDesign,
-    governor: Governor,
-    periods: int | None = None,
-    advance: Callable[[], None] | None = None,
-) -> GovernedRun:
-    """A governor along the machine's path and reference.
+    base: Trial,
+    inside: Inside,
+    task: Task,
+) -> list[Trial]:
+    """Those that are the project itself were run already."""
+    found = []
+    for setting in settings:
+        if setting.is_project:
+            found.append(Trial(setting.label, base.stroke_m, base.rows))
+        else:
+            found.append(run_setting(setting, machine, inside))
+        task.advance()
+    return found
 
-    Raises:
-        Stalled: it stands still.
-    """
-    return run_governed(
-        design, machine.slow, machine.points, machine.reference, governor, periods, advance
-    )
+
+def velocity_bound_s(machine: GovernorMachine) -> float:
+    """The minimal motion point by point, each T_f or as long as the slower axis needs for it."""
+    limits = np.array([target.limits.velocity_m_per_s for target in machine.sets])
+    needed = np.max(np.abs(np.diff(machine.motion, axis=0)) / limits, axis=1)
+    return float(np.sum(np.maximum(needed, machine.period_s / machine.ratio)))
 
 
-def _path_governed(machine: GovernorMachine, design: CommandGovernorDesign) -> GovernedRun:
-    return run_machine(machine, design, PathGovernor(machine, design))
+def _path_row(name: str, own: GovernorMachine, design: CommandGovernorDesign) -> GovernorRow:
+    governor: Governor = PathGovernor(own, design)
+    try:
+        return judge_governed(name, own, run_machine(own, design, governor), promised=False)
+    except Stalled as stalled:
+        return stopped_row(name, own, str(stalled), promised=False)

@@ -1,0 +1,177 @@
+"""Properties (a), (b) and (c) of the extended command governor: on 10,000 points of the paper's
+P-tilde by its rows, and in the emitted C, which falls back on the moved plan all the time."""
+
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "controllers"))
+
+from governed_machine import CENTRE, T_S, admissible, figures, least_motion, machine, stage
+
+from servogen.controllers.command_governor_declaration import declare_governor_parts
+from servogen.controllers.command_governor_design import CommandGovernorDesign, GovernorSettings
+from servogen.controllers.design import Status
+from servogen.emit.package import emit_package
+from servogen.plants.statespace import discretise
+from servogen.sets.extended import ExtendedSet
+from servogen.sil.build import built
+from servogen.sil.compiled import CompiledController
+from servogen.systems.command_governor_loop import excess, run_governed
+
+PLANT = discretise(stage(), T_S)
+HORIZON, M = 12, 48
+PATH = figures(3, 5, 400)
+# What rows left out as implied may be passed by.
+ROUNDING = 1e-8
+
+
+@cache
+def points(horizon: int, chains: int, rounds: int, standing: bool) -> np.ndarray:
+    """(chains, dim) of P-tilde in the coordinates of its rows, hit and run from its middle; every
+    second one on its boundary. ``standing``: of those whose plan is one command for ever."""
+    target = admissible(horizon)
+    rows = target.rows[:, _free(target, standing)]
+    generator = np.random.default_rng(horizon)
+    found = np.zeros((chains, rows.shape[1]))
+    scale = 1.0 / np.max(np.abs(rows), axis=0)
+    for index in range(rounds):
+        way = generator.normal(size=found.shape) * scale
+        at, along = found @ rows.T, way @ rows.T
+        with np.errstate(divide="ignore"):
+            most = np.min(np.where(along > 0, (1 - at) / along, (-1 - at) / along), axis=1)
+            least = np.max(np.where(along > 0, (-1 - at) / along, (1 - at) / along), axis=1)
+        share = generator.uniform(0.02, 0.98, chains)
+        if index == rounds - 1:
+            share[::2] = 1.0
+        found += (least + share * (most - least))[:, None] * way
+    whole = np.zeros((chains, target.rows.shape[1]))
+    whole[:, _free(target, standing)] = found
+    return whole
+
+
+def _free(target: ExtendedSet, standing: bool) -> np.ndarray:
+    n, total = target.h_x.shape[1], target.rows.shape[1]
+    return np.array([*range(n), total - 1]) if standing else np.arange(total)
+
+
+def moved_on(target: ExtendedSet, points: np.ndarray, shifted: bool = True) -> np.ndarray:
+    """One period later with the same rho; the register shifted, or left as (b) is printed."""
+    n = target.h_x.shape[1]
+    state, register, rho = points[:, :n], points[:, n:-1], points[:, -1:]
+    # the set's position is counted from its middle, the stage has unit gain
+    ahead = state @ PLANT.a.T + (register[:, :1] + rho) * PLANT.b
+    after = np.hstack([register[:, 1:], np.zeros_like(rho)]) if shifted else register
+    return np.hstack([ahead, after, rho])
+
+
+def over(target: ExtendedSet, points: np.ndarray) -> float:
+    return float(np.max(np.abs(points @ target.rows.T)) - 1.0)
+
+
+def test_ten_thousand_points_of_the_paper_s_set_stay_in_it() -> None:
+    """(b), and with it (a): from every point the moved one is in the set, again and again."""
+    target = admissible(40)
+    found = points(40, 10_000, 20, standing=False)
+    assert abs(over(target, found[::2])) < 1e-9
+    assert np.std(found, axis=0).min() > 0.0
+    for _ in range(3):
+        found = moved_on(target, found)
+        assert over(target, found) <= ROUNDING
+        speed, push = np.abs(found[:, 1]), np.abs(found[:, 2])
+        assert (np.max(speed), np.max(push)) <= (0.1 * (1 + ROUNDING), 10.0 * (1 + ROUNDING))
+
+
+def test_property_b_as_printed_does_not_hold() -> None:
+    """With the register not shifted the next point is far outside."""
+    target = admissible(40)
+    printed = moved_on(target, points(40, 10_000, 20, standing=False), shifted=False)
+    assert over(target, printed) > 0.1
+
+
+@pytest.fixture(scope="module")
+def starved() -> Iterator[tuple[CommandGovernorDesign, CompiledController, CompiledController]]:
+    """The C with one iteration: an axis and the whole."""
+    yield from _compiled(GovernorSettings(cap=1))
+
+
+@pytest.fixture(scope="module")
+def fed() -> Iterator[tuple[CommandGovernorDesign, CompiledController, CompiledController]]:
+    """The C as it is."""
+    yield from _compiled(GovernorSettings())
+
+
+def _compiled(
+    settings: GovernorSettings,
+) -> Iterator[tuple[CommandGovernorDesign, CompiledController, CompiledController]]:
+    design = machine(HORIZON, settings, M)
+    package = emit_package(design.prefix, declare_governor_parts(design))
+    with built(package) as module:
+        axis, both = package.declarations[0], package.declarations[-1]
+        yield design, CompiledController(module, axis), CompiledController(module, both)
+
+
+def bounds(axis: CompiledController) -> dict[str, np.ndarray]:
+    """No points: the stroke asks for nothing."""
+    ports = {port.name: port for port in axis.declaration.operation("step").inputs}
+    low, high = ports["low"], ports["high"]
+    assert low.low is not None
+    assert high.high is not None
+    return {"low": np.full(low.size, low.low), "high": np.full(high.size, high.high)}
+
+
+def test_the_c_has_a_plan_from_every_feasible_state_whatever_is_asked(starved) -> None:  # type: ignore[no-untyped-def]
+    """(b) at one iteration: 400 states at rest plans, then four periods each of references anywhere
+    in the range; never INFEASIBLE, every limit kept."""
+    axis = starved[1]
+    generator, told = np.random.default_rng(5), []
+    names = [port.name for port in axis.declaration.operation("predict").inputs]
+    for point in points(HORIZON, 400, 60, standing=True):
+        state, rho = point[:3].copy(), point[-1]
+        # off the boundary by the margin of the program's bounds
+        state, rho = state * (1 - 2e-6), rho * (1 - 2e-6)
+        axis.call("reset", {"position": rho + CENTRE})
+        for _ in range(4):
+            given = dict(zip(names, [state[0] + CENTRE, *state[1:]], strict=True))
+            wished = generator.uniform(0.0, 0.25, HORIZON + 1)
+            status, out = axis.call("step", {**given, "reference": wished, **bounds(axis)})
+            told.append(status)
+            state = PLANT.a @ state + PLANT.b * (float(np.asarray(out["command"])) - CENTRE)
+            assert abs(state[1]) <= 0.1 * (1 + ROUNDING)
+            assert abs(state[2]) <= 10.0 * (1 + ROUNDING)
+    assert set(told) <= {Status.OK, Status.BACKUP}
+    assert told.count(Status.BACKUP) > 0.5 * len(told)
+
+
+@pytest.mark.parametrize("pattern", [False, True], ids=["minimal motion", "pattern"])
+def test_the_c_keeps_every_limit_of_a_path_on_backups(starved, pattern: bool) -> None:  # type: ignore[no-untyped-def]
+    """(a) and (b) over a path at one iteration."""
+    design, _, both = starved
+    reference = PATH if pattern else least_motion(PATH)
+    done = run_governed(design, (stage(), stage()), PATH, reference, both, 150)
+    assert set(done.status_axis.ravel()) <= {Status.OK, Status.BACKUP}
+    assert np.count_nonzero(done.status_axis == Status.BACKUP) > 20
+    kept, ends = excess(design, done, M // 3), excess(design, done, M)
+    assert max(kept.position, kept.velocity, kept.acceleration, ends.stroke) <= 1e-9
+
+
+@pytest.mark.parametrize("wished", [0.1, 0.3, -0.2])
+def test_the_c_converges_to_the_nearest_steady_command(fed, wished: float) -> None:  # type: ignore[no-untyped-def]
+    """(c): after finitely many periods the command is the nearest one in V', and stays it."""
+    axis = fed[1]
+    end = float(np.clip(wished, CENTRE - 0.995 * 0.125, CENTRE + 0.995 * 0.125))
+    names = [port.name for port in axis.declaration.operation("predict").inputs]
+    axis.call("reset", {"position": 0.2})
+    state, commands = np.array([0.2, 0.0, 0.0]), []
+    asked = {"reference": np.full(HORIZON + 1, wished), **bounds(axis)}
+    for _ in range(150):
+        status, out = axis.call("step", {**dict(zip(names, state, strict=True)), **asked})
+        assert status is Status.OK
+        commands.append(float(np.asarray(out["command"])))
+        state = PLANT.a @ state + PLANT.b * commands[-1]
+    reached = int(np.flatnonzero(np.abs(np.array(commands) - end) > 1e-7)[-1]) + 1
+    assert 5 < reached < 130
