@@ -75,7 +75,7 @@ def report(project: AnyProject, out: Path, progress: Progress) -> reporting.Repo
     system = prepared.system
     found: Findings[Any, Any] = Findings(
         simulated=system.simulate(prepared.package, progress),
-        build=building.BuildResult(prepared.package, out, system.figures).to_json(),
+        build=building.BuildResult(prepared.package, out, system.figures, system.notes).to_json(),
         wcet=counting.survey(prepared).to_json(),
         certificate=checking.certify(prepared, out.parent) if evidence else None,
     )

@@ -75,7 +75,8 @@ def test_the_example_is_the_machine_of_the_paper() -> None:
 
 def test_a_file_of_required_keys_alone_has_the_example_s_controller(write: Write) -> None:
     least, example = load_governor_project(write(LEAST)), load_governor_project(EXAMPLE)
-    assert least.controller == example.controller
+    window = example.controller.governor.model_copy(update={"points_ahead": "all"})
+    assert least.controller == example.controller.model_copy(update={"governor": window})
     assert least.output == example.output
     assert least.target == example.target
     assert least.machine == example.machine
@@ -173,11 +174,15 @@ GOVERNOR = "[controller.governor]\n"
         ("horizon = 40", "horizon = 61", "horizon is 61, expected a whole number"),
         ("horizon = 40", "horizon = 0", "horizon is 0, expected a whole number"),
         ("horizon = 40", "horizon = 40.5", "horizon is 40.5, expected a whole number"),
-        ("0.0000712", "0.00000356", "of at most 200000 points; with M = 10000 it has 410001"),
+        ("points_ahead = 8000", "points_ahead = 1e300", "points_ahead is 1e+300, expected a whole"),
         ("sub_samples = 3", "sub_samples = 21", "sub_samples is 21"),
         ('"after"', '"before"', 'expected "after" or "at"'),
         ("sub_step_stroke = false", "sub_step_stroke = 0", "is 0, expected true or false"),
-        ("iteration_cap = 150", "iteration_cap = 0", "iteration_cap is 0"),
+        ('"target"  ', "0  ", "iteration_cap is 0, expected a whole number from 1 to 100000 or"),
+        ("points_ahead = 8000", "points_ahead = 500",
+         "points_ahead is 500, expected more than the 500 points that a slow period can take"),
+        ("points_ahead = 8000", "points_ahead = 0", "points_ahead is 0, expected a whole number"),
+        ("points_ahead = 8000", 'points_ahead = "some"', 'from 1 to 200000 or "all"'),
         (GOVERNOR, GOVERNOR + "weight = 1\n", "weight is an unknown key (1)"),
         ("figures.svg", "figures.png", 'path.file is "figures.png", expected a file ending in'),
         ("[controller.motion]", "[controller.motions]", "motions is an unknown key"),
@@ -197,6 +202,18 @@ def test_more_instants_than_fast_samples_are_refused(write: Write) -> None:
     few = TEXT.replace("0.0000712", "0.0178").replace("sub_samples = 3", "sub_samples = 4")
     with pytest.raises(InputError, match=r"sub_samples is 4, expected at most the 2 fast samples"):
         load_governor_project(write(few))
+
+
+def test_a_window_of_too_many_points_is_refused(write: Write) -> None:
+    fast = TEXT.replace("0.0000712", "0.00000356")
+    told = r"points_ahead is 8000, expected more than the 10000 points"
+    with pytest.raises(InputError, match=told):
+        load_governor_project(write(fast))
+    told = (
+        r"horizon is 40, expected .* 200000 points, or points_ahead; with M = 10000 it has 410001"
+    )
+    with pytest.raises(InputError, match=told):
+        load_governor_project(write(fast.replace("points_ahead = 8000", 'points_ahead = "all"')))
 
 
 def test_coefficients_and_matrices_are_looked_at(write: Write) -> None:

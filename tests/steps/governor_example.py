@@ -24,6 +24,8 @@ SMALL = (
     ("figures.svg", "two.svg"),
     ("fast_sample_time_s = 0.0000712", "fast_sample_time_s = 0.000712"),
     ("horizon = 40", "horizon = 8"),
+    ("points_ahead = 8000 ", "points_ahead = 300  "),
+    ('iteration_cap = "target"', "iteration_cap = 150    "),
     ("feed_m_per_s = 0.8\n", "feed_m_per_s = 0.3\n"),
     ("tolerance_m = 1e-5", "tolerance_m = 1e-4"),
 )

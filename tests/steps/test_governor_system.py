@@ -18,6 +18,7 @@ from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Silent
 from servogen.sil.harness import Stepwise
 from servogen.steps.check import titles, titles_of
+from servogen.steps.count import count
 from servogen.steps.governor import GovernorSystem, prepare_governor
 from servogen.steps.governor_run import BACKUP_SHARE
 from servogen.steps.governor_study import GovernorStudyResult
@@ -183,12 +184,51 @@ def test_closed_loops_end_where_they_are_told_and_say_how() -> None:
 
 
 def test_every_controller_is_tried_at_its_edges() -> None:
-    found = list(small_system().scenarios(FLOAT32, 1, 5))
-    assert [scenario.name for scenario in found] == ["etcher_axis: edges", "etcher: edges"]
+    found = list(small_system().scenarios(FLOAT32, 1, 40))
+    assert [scenario.name for scenario in found] == [
+        "etcher_axis: edges", "etcher_axis: random", "etcher: edges", "etcher: random",
+    ]  # fmt: skip
     for scenario in found:
-        statuses = {scenario.reference().declaration.prefix}
-        assert scenario.name.split(":")[0] in statuses
+        reference = scenario.reference()
+        assert scenario.name.split(":")[0] == reference.declaration.prefix
         assert len(scenario.calls) > 10
+        ended = {reference.call(call.operation, call.inputs)[0] for call in scenario.calls}
+        assert {Status.OK, Status.NOT_FINITE, Status.OUT_OF_RANGE} & ended, scenario.name
+    again = list(small_system().scenarios(FLOAT32, 1, 40))
+    assert [len(scenario.calls) for scenario in again] == [len(s.calls) for s in found]
+
+
+def test_the_target_decides_the_cap(tmp_path: Path) -> None:
+    target = ("iteration_cap = 150    ", 'iteration_cap = "target"')
+    half = prepare(small_project(tmp_path, target), Silent())
+    fit = count(half, None).fit
+    (budget,) = fit.budgets
+    assert (budget.label, set(budget.calls)) == ("35.6 ms", {"etcher_predict", "etcher_step"})
+    assert budget.fits
+    assert budget.largest_cap == half.system.figures["iteration_cap"] == half.system.machine.cap
+    assert budget.total_cycles + budget.cycles_per_iteration > budget.budget_cycles
+    none = small_project(tmp_path, target, ("share = 0.5", "share = 0.001"))
+    with pytest.raises(CheckFailed, match=r"not one iteration fits the target: .* over budget"):
+        prepare(none, Silent())
+
+
+def test_the_points_ahead_are_those_of_the_file(tmp_path: Path) -> None:
+    assert small_system().figures["points_ahead"] == 300
+    everything = ("points_ahead = 300  ", 'points_ahead = "all"')
+    system = prepare_governor(small_project(tmp_path, everything), Silent())
+    assert system.figures["points_ahead"] == 9 * 50 + 1
+    done = system.simulate(None, Silent())
+    assert done.row.complete
+    assert done.row.time_s <= simulated().row.time_s
+
+
+def test_weights_that_float32_cannot_do_with_are_noted(tmp_path: Path) -> None:
+    single = ('"float64"', '"float32"')
+    (note,) = prepare_governor(small_project(tmp_path, single), Silent()).notes
+    assert note.startswith("controller.governor.weight_reference = 0.01 is small for float32")
+    large = ("weight_reference = 0.01", "weight_reference = 10.0")
+    assert prepare_governor(small_project(tmp_path, single, large), Silent()).notes == ()
+    assert small_system().notes == ()
 
 
 def test_the_figures_of_the_build_are_json() -> None:

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 from servogen.project.consistency import check_margin, check_model, check_path, check_sampling
 from servogen.project.governor_machine import GovernedAxis
+from servogen.project.governor_schema import MOST_WINDOW
 from servogen.project.limits import as_written
 
 if TYPE_CHECKING:
     from servogen.project.governor_load import GovernorProject
-
-# The window of points that a plan can use is a table of the emitted C, twice for each axis.
-MOST_WINDOW = 200_000
 
 
 def check_governor(project: GovernorProject) -> None:
@@ -55,13 +53,21 @@ def _check_periods(project: GovernorProject) -> None:
             governor.sub_samples,
             f"at most the {ratio} fast samples of a slow period",
         )
+    if governor.points_ahead != "all":
+        if governor.points_ahead <= ratio:
+            raise project.error(
+                "controller.governor.points_ahead",
+                governor.points_ahead,
+                f"more than the {ratio} points that a slow period can take",
+            )
+        return
     window = (governor.horizon + 1) * ratio + 1
     if window > MOST_WINDOW:
         raise project.error(
             "controller.governor.horizon",
             governor.horizon,
-            f"a window, (horizon + 1) M + 1, of at most {MOST_WINDOW} points; with M = {ratio} "
-            f"it has {window}",
+            f"a window, (horizon + 1) M + 1, of at most {MOST_WINDOW} points, or points_ahead; "
+            f"with M = {ratio} it has {window}",
         )
 
 

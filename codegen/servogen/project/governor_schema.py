@@ -21,6 +21,10 @@ from servogen.project.schema import (
     identifier,
 )
 
+# The window of points that a plan can use is an array of the emitted C's arguments, twice for each
+# axis.
+MOST_WINDOW = 200_000
+
 
 class Motion(Section):
     """Where the slow stage is sent: the reference that the governor follows."""
@@ -64,6 +68,14 @@ class GovernorTable(Section):
             "the first of them, l"
         ),
     ] = "after"
+    points_ahead: Annotated[
+        Literal["all"] | Annotated[int, Field(ge=1, le=MOST_WINDOW)],
+        told(
+            f'a whole number from 1 to {MOST_WINDOW} or "all"',
+            description="of the path, that a plan looks at, more than M; all: as many as its "
+            "periods could take, (horizon + 1) M + 1",
+        ),
+    ] = "all"
     sub_step_stroke: Annotated[
         bool, Field(description="the stroke is kept at the N instants, not at their ends alone")
     ] = False
@@ -76,9 +88,13 @@ class GovernorSolver(Section):
     """The dual active-set method that solves (17), one program an axis."""
 
     iteration_cap: Annotated[
-        int,
-        Field(ge=1, le=MAX_ITERATIONS, description="iterations, then the plan before, moved on"),
-    ] = 150
+        Literal["target"] | Annotated[int, Field(ge=1, le=MAX_ITERATIONS)],
+        told(
+            f'a whole number from 1 to {MAX_ITERATIONS} or "target"',
+            description="iterations, then the plan before, moved on; target: as many as fit its "
+            "budget",
+        ),
+    ] = "target"
     constraint_margin: Annotated[
         float,
         Field(ge=0, le=0.01, description="tightening of the rows; 1e-5 by default with float32"),
@@ -112,8 +128,8 @@ class GovernorTarget(Section):
         ),
     ] = "tms320c6678"
     share: Annotated[
-        float, Field(gt=0, le=1, description="of every period, for all that has to be done in it")
-    ] = 0.2
+        float, Field(gt=0, le=1, description="of every slow period, for the governor of both axes")
+    ] = 0.5
 
 
 class GovernorFile(Section):

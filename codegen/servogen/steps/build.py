@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,11 +16,13 @@ SCHEMA = "servogen.build/1"
 
 @dataclass(frozen=True)
 class BuildResult:
-    """What was written, and where; ``figures``: what the system says about its design."""
+    """What was written, and where; ``figures``: what the system says about its design;
+    ``notes``: what its user should know."""
 
     package: CPackage
     out: Path
     figures: Mapping[str, object] = field(default_factory=dict)
+    notes: Sequence[str] = ()
     passed: bool = True
 
     def lines(self) -> list[str]:
@@ -28,7 +30,8 @@ class BuildResult:
         return [
             f"build     {len(self.package.files)} files in {self.out}, "
             f"{self.package.declarations[0].precision.name}, {size} bytes of tables, "
-            f"design {self.package.hash[:16]}"
+            f"design {self.package.hash[:16]}",
+            *(f"          note: {note}" for note in self.notes),
         ]
 
     def to_json(self) -> dict[str, object]:
@@ -39,6 +42,7 @@ class BuildResult:
             "design_hash": self.package.hash,
             "precision": self.package.declarations[0].precision.name,
             **self.figures,
+            "notes": list(self.notes),
             "files": {name: len(text.encode()) for name, text in self.package.files.items()},
             "table_bytes": {d.prefix: d.table_bytes for d in self.package.declarations},
         }
@@ -48,4 +52,4 @@ def build(prepared: Prepared[Simulated, Studied], out: Path) -> BuildResult:
     """Emit and write, whole or not at all."""
     package = prepared.package
     write_tree(out, package.files)
-    return BuildResult(package, out, prepared.system.figures)
+    return BuildResult(package, out, prepared.system.figures, prepared.system.notes)

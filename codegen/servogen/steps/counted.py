@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from servogen.controllers.design import Declaration
 from servogen.emit.package import CPackage, emit_package
+from servogen.errors import CheckFailed
 from servogen.wcet.allowance import Allowance, Task, allowances
 from servogen.wcet.memory import Memory, occupied
 from servogen.wcet.package import PackageCount, count_package
@@ -75,6 +76,34 @@ def budgets(
         own = allowances(tasks, target, counts.precision, share)
         found += [replace(budget, instead=instead) for budget in own]
     return found
+
+
+def allowed_cap(
+    package_at: Callable[[int], CPackage], start: int, target: Target, share: float
+) -> int:
+    """The largest iteration cap with which every budget holds.
+
+    An iteration's share of the cheap turns of a cycle depends on how many there are, so what was
+    counted at one cap is confirmed at the next.
+
+    Args:
+        package_at: the package with a cap. start: the cap that the count starts from.
+
+    Raises:
+        CheckFailed: not one iteration fits.
+    """
+    cap, confirmed = start, False
+    while True:
+        package = package_at(cap)
+        counts = count_emitted(package, periodic(package))
+        capped = [b for b in budgets(package, counts, target, share) if b.largest_cap is not None]
+        tightest = min(capped, key=lambda b: b.largest_cap or 0)
+        if not tightest.largest_cap:
+            raise CheckFailed(f"not one iteration fits the target: {tightest.sentence()}")
+        if confirmed and all(b.fits for b in capped):
+            return cap
+        cap = min(tightest.largest_cap, cap - 1 if confirmed else tightest.largest_cap)
+        confirmed = True
 
 
 def _running(declarations: Sequence[Declaration], instead: str) -> list[Declaration]:

@@ -78,6 +78,10 @@ class ServoSystem:
         }
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        return ()
+
+    @property
     def proofs(self) -> tuple[Proof, ...]:
         solved = any(form.solution is not None for form in self.choice.forms)
         no_regions = "" if solved else "no form of the lookup enumerates regions"

@@ -126,6 +126,10 @@ class System(Protocol[Simulated, Studied]):
         """What the JSON of ``build`` says about the design."""
 
     @property
+    def notes(self) -> Sequence[str]:
+        """What a user should know before using the design, one sentence each."""
+
+    @property
     def proofs(self) -> Sequence[Proof]:
         """In the order of the certificate."""
 

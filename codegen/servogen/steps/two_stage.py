@@ -19,7 +19,7 @@ from servogen.project import Project
 from servogen.reports import ReportData, make_report
 from servogen.sil.harness import Repeating
 from servogen.sil.scenarios import Scenario, suite
-from servogen.steps.counted import budgets, count_emitted, periodic
+from servogen.steps.counted import allowed_cap
 from servogen.steps.system import ClosedLoop, Findings, LoopEnd, Proof
 from servogen.steps.target import project_target
 from servogen.steps.two_stage_iterations import iterations_finding
@@ -57,6 +57,10 @@ class TwoStage:
     @property
     def figures(self) -> Mapping[str, object]:
         return {"iteration_cap": self.tuning.solver.cap if self.tuning.horizon else 0}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return ()
 
     @property
     def proofs(self) -> tuple[Proof, ...]:
@@ -173,20 +177,9 @@ def prepare_two_stage(project: Project, progress: Progress) -> TwoStage:
 
 
 def _allowed_cap(machine: Machine, tuning: Tuning) -> int:
-    """The largest cap with which every budget holds: an iteration's share of the cheap turns of a
-    cycle depends on how many there are, so what was counted at one cap is confirmed at the next."""
-    target, share = project_target(machine.project), machine.project.target.share
-    confirmed = False
-    while True:
-        design = design_cascade(machine, tuning)
-        package = emit_package(design.prefix, declare_parts(design))
-        counts = count_emitted(package, periodic(package))
-        capped = [b for b in budgets(package, counts, target, share) if b.largest_cap is not None]
-        tightest = min(capped, key=lambda b: b.largest_cap or 0)
-        if not tightest.largest_cap:
-            raise CheckFailed(f"not one iteration fits the target: {tightest.sentence()}")
-        if confirmed and all(b.fits for b in capped):
-            return tuning.solver.cap
-        most = tuning.solver.cap - 1 if confirmed else tightest.largest_cap
-        tuning = with_cap(tuning, min(tightest.largest_cap, most))
-        confirmed = True
+    def package_at(cap: int) -> CPackage:
+        design = design_cascade(machine, with_cap(tuning, cap))
+        return emit_package(design.prefix, declare_parts(design))
+
+    target = project_target(machine.project)
+    return allowed_cap(package_at, tuning.solver.cap, target, machine.project.target.share)

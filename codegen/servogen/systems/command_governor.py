@@ -29,6 +29,9 @@ from servogen.sets.extended import ExtendedSet, extended_set
 from servogen.systems.command_governor_loop import drawing_fault
 from servogen.systems.judgement import timed_path
 
+# Where the target decides, what the count starts from.
+FIRST_CAP = 150
+
 _KEYS = {
     "tightening": "controller.governor.steady_state_tightening",
     "sub_samples": "controller.governor.sub_samples",
@@ -48,6 +51,7 @@ class GovernorMachine:
     Attributes:
         slow: both stages. sets: P-tilde of both, the same object for axes that are alike.
         timed: the pattern (7). motion: (J, 2) its minimal motion (19)-(20), m.
+        cap: iterations of an axis in a period.
     """
 
     project: GovernorProject
@@ -55,6 +59,7 @@ class GovernorMachine:
     sets: tuple[ExtendedSet, ExtendedSet]
     timed: TimedPath
     motion: FloatArray
+    cap: int
 
     @property
     def points(self) -> FloatArray:
@@ -114,6 +119,9 @@ def governor_machine(project: GovernorProject) -> GovernorMachine:
         sets=_sets(project, (x, y), shift_register(governor.horizon)),
         timed=timed,
         motion=_motion(project, timed),
+        cap=FIRST_CAP
+        if project.controller.solver.iteration_cap == "target"
+        else int(project.controller.solver.iteration_cap),
     )
     design = governor_design(machine)
     _check_settling(machine, design)
@@ -121,16 +129,18 @@ def governor_machine(project: GovernorProject) -> GovernorMachine:
     return machine
 
 
-def governor_settings(project: GovernorProject) -> GovernorSettings:
+def governor_settings(machine: GovernorMachine) -> GovernorSettings:
     """The settings that the project file asks for."""
-    governor, solver = project.controller.governor, project.controller.solver
+    controller = machine.project.controller
+    governor, ahead = controller.governor, controller.governor.points_ahead
     return GovernorSettings(
         weights=GovernorWeights(governor.weight_auxiliary, governor.weight_reference),
-        cap=solver.iteration_cap,
-        margin=solver.constraint_margin,
+        cap=machine.cap,
+        margin=controller.solver.constraint_margin,
         sub_step_stroke=governor.sub_step_stroke,
         stroke_margin_m=governor.stroke_margin_m,
         after=governor.reference_index == "after",
+        points_ahead=None if ahead == "all" else int(ahead),
     )
 
 
@@ -143,7 +153,7 @@ def governor_design(
         InputError: a program that cannot be made, or axes of different order.
     """
     project, target = machine.project, precision or machine.precision
-    name, settings = project.name, governor_settings(machine.project)
+    name, settings = project.name, governor_settings(machine)
     if machine.slow[0].order != machine.slow[1].order:
         raise project.error(
             "machine.y.slow",

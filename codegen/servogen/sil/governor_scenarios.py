@@ -1,0 +1,58 @@
+"""What is tried on every controller of a command governor's machine, besides its closed loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from servogen.controllers.command_governor import CommandGovernor
+from servogen.controllers.command_governor_axis import AxisGovernor
+from servogen.controllers.command_governor_design import AxisGovernorDesign, CommandGovernorDesign
+from servogen.controllers.design import Reference
+from servogen.controllers.motion_window import MotionWindow
+from servogen.controllers.motion_window_design import MotionWindowDesign
+from servogen.sil.command_governor_calls import axis_governor_calls, command_governor_calls
+from servogen.sil.edges import edge_calls
+from servogen.sil.harness import Call
+from servogen.sil.motion_calls import motion_window_calls
+from servogen.sil.scenarios import Scenario
+
+# A random step of one axis is a program that often has no answer, all iterations of it in Python:
+# some 0.1 s with 41 variables. Both together take 0.05 s, and the windows that a list of calls
+# holds are of some thousand points, so that all scenarios of a precision are done in a minute.
+AXIS_SHARE, BOTH_SHARE = 4, 2
+
+
+def governor_suite(
+    design: CommandGovernorDesign,
+    motions: tuple[MotionWindowDesign, ...],
+    seed: int,
+    count: int,
+) -> Iterator[Scenario]:
+    """Edges and random calls for every controller: ``count`` steps of a streamed motion, a half of
+    that of both axes, a quarter of each axis alone. The same seed gives the same scenarios."""
+    for number, motion in enumerate(motions):
+        rng = np.random.default_rng(seed + number)
+        yield from _both(_motion(motion), list(motion_window_calls(motion, rng, count)))
+    for number, axis in enumerate({axis.prefix: axis for axis in design.axes}.values()):
+        rng = np.random.default_rng(seed + 10 + number)
+        steps = max(count // AXIS_SHARE, 1)
+        yield from _both(_axis(axis), list(axis_governor_calls(axis, rng, steps)))
+    rng = np.random.default_rng(seed + 20)
+    calls = list(command_governor_calls(design, rng, max(count // BOTH_SHARE, 1)))
+    yield from _both(lambda: CommandGovernor(design), calls)
+
+
+def _both(factory: Callable[[], Reference], calls: list[Call]) -> Iterator[Scenario]:
+    declaration = factory().declaration
+    yield Scenario(f"{declaration.prefix}: edges", factory, list(edge_calls(declaration)))
+    yield Scenario(f"{declaration.prefix}: random", factory, calls)
+
+
+def _axis(design: AxisGovernorDesign) -> Callable[[], Reference]:
+    return lambda: AxisGovernor(design)
+
+
+def _motion(design: MotionWindowDesign) -> Callable[[], Reference]:
+    return lambda: MotionWindow(design)
