@@ -125,9 +125,11 @@ def build_profile(
     rise = (peak**2 - before**2) / (2.0 * acceleration)
     fall = (peak**2 - after**2) / (2.0 * acceleration)
     level = np.maximum(length - rise - fall, 0.0)
-    durations = np.column_stack(
-        [(peak - before) / acceleration, level / peak, (peak - after) / acceleration]
-    ).ravel()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # a feed so small that its square is zero takes for ever: told when the profile is sampled
+        durations = np.column_stack(
+            [(peak - before) / acceleration, level / peak, (peak - after) / acceleration]
+        ).ravel()
     distances = np.column_stack([rise, level, fall]).ravel()
     ends = np.cumsum(durations)
     return Profile(

@@ -143,15 +143,17 @@ def _check_limits(limits: MotionLimits) -> None:
 
 def _sample(profile: Profile, sample_time_s: float) -> FloatArray:
     """Arc length at every sample; time is stretched so that the last sample is the end."""
-    steps = math.ceil(profile.duration_s / sample_time_s - 1e-9)
-    if steps > MOST_POINTS:
+    duration = profile.duration_s
+    if not duration / sample_time_s <= MOST_POINTS:  # infinite and no number too
         raise InputError(
             None,
             "path.feed_m_per_s",
-            f"such that the path takes {profile.duration_s:.0f} s",
+            f"such that the path takes {duration:.0f} s"
+            if duration < 1e12
+            else f"such that the path takes {duration:.3g} s",
             f"feeds and units that give at most {MOST_POINTS} points",
         )
-    steps = max(steps, 2)
+    steps = max(math.ceil(duration / sample_time_s - 1e-9), 2)
     times = np.arange(steps + 1, dtype=np.float64) * (profile.duration_s / steps)
     distance = profile.distance_at(times)
     distance[-1] = profile.length_m

@@ -72,7 +72,13 @@ def _check_periods(project: GovernorProject) -> None:
 
 
 def _check_stroke(project: GovernorProject) -> None:
-    margin = project.controller.governor.stroke_margin_m
+    margin, motion = project.controller.governor.stroke_margin_m, project.controller.motion
+    if motion.streamed_window and motion.reference == "pattern":
+        raise project.error(
+            "controller.motion.streamed_window",
+            motion.streamed_window,
+            '0 with reference = "pattern", which needs no motion',
+        )
     reserve = project.controller.motion.stroke_reserve_m
     for name, axis in project.machine.axes:
         stroke = axis.fast.range_m

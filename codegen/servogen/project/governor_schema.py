@@ -40,6 +40,16 @@ class Motion(Section):
         float,
         Field(gt=0, le=1, description="eps of (19), part of the stroke that it leaves unused"),
     ] = 0.001
+    streamed_window: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=MOST_WINDOW,
+            description="points known ahead of a reference by the C that makes the motion while "
+            "the path is streamed, emitted with the governor; 0: none, the motion is made of the "
+            "whole drawing",
+        ),
+    ] = 0
 
 
 class GovernorTable(Section):

@@ -33,6 +33,7 @@ from servogen.systems.command_governor import (
     governor_design,
     governor_machine,
 )
+from servogen.systems.command_governor_motion import motion_declarations, motion_designs
 from servogen.systems.command_governor_proofs import extended_claims
 from servogen.systems.command_governor_rows import judge_governed
 from servogen.systems.command_governor_study import run_machine
@@ -103,10 +104,12 @@ class GovernorSystem:
         return governor_design(self.machine, precision)
 
     def declarations(self, precision: Precision) -> tuple[Declaration, ...]:
-        return declare_governor_parts(self.in_precision(precision))
+        own = declare_governor_parts(self.in_precision(precision))
+        return (*motion_declarations(self.project, precision), *own)
 
     def scenarios(self, precision: Precision, seed: int, count: int) -> Iterator[Scenario]:
-        return governor_suite(self.in_precision(precision), (), seed, count)
+        motions = motion_designs(self.project, precision)
+        return governor_suite(self.in_precision(precision), motions, seed, count)
 
     def loops(self, precision: Precision) -> tuple[ClosedLoop, ...]:
         design, machine = self.in_precision(precision), self.machine
@@ -177,8 +180,8 @@ def prepare_governor(project: GovernorProject, progress: Progress) -> GovernorSy
 
 def _allowed_cap(machine: GovernorMachine) -> int:
     def package_at(cap: int) -> CPackage:
-        design = governor_design(replace(machine, cap=cap))
-        return emit_package(design.prefix, declare_governor_parts(design))
+        system = GovernorSystem(replace(machine, cap=cap))
+        return emit_package(machine.project.name, system.declarations(machine.precision))
 
     target = project_target(machine.project)
     return allowed_cap(package_at, machine.cap, target, machine.project.target.share)

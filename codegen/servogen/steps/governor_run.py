@@ -39,7 +39,11 @@ class GovernorSimulation:
         """One sentence for each check that failed."""
         found, share = self.row.faults, self.backup_share
         if share > BACKUP_SHARE:
-            found.append(f"backups on {share:.1%} of the axis steps, at most {BACKUP_SHARE:.0%}")
+            found.append(
+                f"backups on {share:.1%} of the axis steps, at most {BACKUP_SHARE:.0%}: "
+                "fewer with a larger iteration_cap, weight_reference or target.share, or a "
+                "smaller horizon"
+            )
         return found
 
     @property

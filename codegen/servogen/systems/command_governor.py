@@ -14,7 +14,6 @@ from servogen.controllers.command_governor_design import (
 from servogen.controllers.command_governor_program import GovernorWeights
 from servogen.controllers.errors import DesignError
 from servogen.errors import InputError
-from servogen.paths.minimal_motion import pattern_motion
 from servogen.paths.places import describe_point
 from servogen.paths.timing import TimedPath
 from servogen.plants.build import slow_plant
@@ -27,6 +26,7 @@ from servogen.sets.auxiliary import AuxiliaryDynamics, no_auxiliary, shift_regis
 from servogen.sets.errors import SetError
 from servogen.sets.extended import ExtendedSet, extended_set
 from servogen.systems.command_governor_loop import drawing_fault
+from servogen.systems.command_governor_motion import slow_motion_of
 from servogen.systems.judgement import timed_path
 
 # Where the target decides, what the count starts from.
@@ -118,7 +118,7 @@ def governor_machine(project: GovernorProject) -> GovernorMachine:
         slow=(x, y),
         sets=_sets(project, (x, y), shift_register(governor.horizon)),
         timed=timed,
-        motion=_motion(project, timed),
+        motion=slow_motion_of(project, timed.points),
         cap=FIRST_CAP
         if project.controller.solver.iteration_cap == "target"
         else int(project.controller.solver.iteration_cap),
@@ -178,6 +178,10 @@ def _stage(project: GovernorProject, name: str) -> StateSpace:
     try:
         return slow_plant(stage_settings(axis.slow))
     except PlantError as error:
+        if axis.slow.model == "equal_poles":  # whose transfer function is not the user's
+            pole = axis.slow.pole_rad_per_s
+            key = f"machine.{name}.slow.pole_rad_per_s"
+            raise project.error(key, pole, f"a stage with {error.expected}") from error
         value = None if error.value is None else str(error.value)
         key = f"machine.{name}.slow.{error.key}"
         raise InputError(project.file, key, value, error.expected) from error
@@ -202,12 +206,6 @@ def _sets(
         except SetError as error:
             raise _fault(project, name, error) from error
     return found[0], found[1]
-
-
-def _motion(project: GovernorProject, timed: TimedPath) -> FloatArray:
-    margin = project.controller.governor.stroke_margin_m
-    strokes = [axis.fast.range_m - margin for _, axis in project.machine.axes]
-    return pattern_motion(timed.points, strokes, project.controller.motion.stroke_reserve_m)
 
 
 def _fault(project: GovernorProject, axis: str, error: SetError | DesignError) -> InputError:
