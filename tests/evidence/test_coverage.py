@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from core_designs import Variant, design, package
+from governor_bench import covered as on_governor
 from servo_bench import AXES
 from servo_bench import covered as on_servo
 from small_bench import SEED, bench, changed, subject
@@ -73,11 +74,20 @@ def test_every_branch_of_the_active_set_method_is_reached_or_listed(precision):
     assert file in result.files
 
 
+def test_every_branch_of_a_command_governor_is_reached_or_listed():
+    result = on_governor()
+    assert result.faults == []
+    assert {"small_etcher.c", "small_etcher_axis.c"} <= set(result.files)
+    listed = [str(entry.branch) for _, entry in result.compared.justified]
+    assert "where: i < ROWS is never false" in listed
+
+
 def test_every_entry_of_the_list_is_needed_somewhere():
     every = [
         *(by_active_set(precision) for precision in ("float32", "float64")),
         *(covered(name) for name in VARIANTS),
         *(on_servo(name) for name in AXES),
+        on_governor(),
     ]
     needed = {entry.branch for one in every for _, entry in one.compared.justified}
     stale = [str(entry.branch) for entry in reviewed() if entry.branch not in needed]

@@ -8,7 +8,9 @@ import pytest
 import scipy.signal
 from extended_sets import CENTRE, LIMITS, T_S, paper_set, stage
 
+from servogen.plants.transfer import transfer_function
 from servogen.sets.auxiliary import laguerre, no_auxiliary, shift_register
+from servogen.sets.constraints import AxisLimits
 from servogen.sets.errors import SetError
 from servogen.sets.extended import ExtendedSet, centred_limits, extended_set
 from servogen.sets.extended_proofs import prove_extended_admissibility, prove_extended_invariance
@@ -124,6 +126,18 @@ def test_interval_is_the_set_cut_along_rho(small: ExtendedSet) -> None:
     assert small.excess(state, auxiliary, 0.5 * (least + most)) < -1e-6
     least, most = small.interval(np.array([0.2, 0.2, 0.1]), auxiliary)
     assert not small.contains(np.array([0.2, 0.2, 0.1]), auxiliary, 0.5 * (least + most))
+
+
+def test_one_quiet_instant_is_not_enough_where_the_stage_rings_within_a_period() -> None:
+    """Each period sends it off anew: an instant that adds nothing has ones after it that do."""
+    ringing = transfer_function([3200.0 * 20.0], np.polymul([1.0, 160.0], [1.0, 12.0, 400.0]))
+    limits = AxisLimits(0.125, 1.0, 1e6, 0.025)
+    target = extended_set(ringing, 0.67, laguerre(2, 0.8), 4, limits, 0.0, 0.3)
+    added = {instant for _, instant in target.sources if instant > 2 * 4}
+    quiet = sorted(set(range(2 * 4 + 1, target.last_instant)) - added)
+    invariance = prove_extended_invariance(target, ringing)
+    assert invariance.holds, invariance.worst
+    assert quiet, "no instant between adds nothing: the case says nothing"
 
 
 def test_more_auxiliary_freedom_only_adds_states() -> None:

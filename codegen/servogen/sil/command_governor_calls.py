@@ -18,6 +18,8 @@ from servogen.sil.harness import Call
 
 # Shares of the calls whose measurement is no use, and of those that are a push of the stage.
 _BAD, _PUSHED = 0.06, 0.15
+# Of an axis' calls, those whose points leave it next to no room.
+_SLIT = 0.1
 # Calls between two resets, and of the windows that are whole and those that are cut short.
 _RUN = 25
 _SEEN = (0.8, 0.2)
@@ -50,6 +52,9 @@ def axis_governor_calls(
             centre = np.full_like(centre, centre[-1])  # to stay at: what binds is the end of it
         spread = rng.choice([0.0, 0.05, 0.3]) * np.abs(half)
         stroke, far = design.program.stroke_m, _far(design)
+        if rng.random() < _SLIT:  # about as wide as the stroke: a position serves them all, or none
+            reserve = design.tol.margin * design.program.scale_m
+            spread = stroke - reserve * rng.choice([0.0, 0.999, 1.0, 1.001, 1.1])
         low = np.clip(centre + spread - stroke, -far - stroke, far + stroke)
         high = np.clip(centre - spread + stroke, -far - stroke, far + stroke)
         ahead = centre[:-1] + stroke * rng.normal(size=centre.size - 1) * rng.choice(
@@ -73,7 +78,7 @@ def command_governor_calls(
     names = [port.name for port in own.declaration.operation("step").inputs]
     n = design.axes[0].plant.order
     path: FloatArray = np.zeros((0, 2))
-    first, ended = 0, 0
+    first, ended, held = 0, 0, False
     for index in range(count):
         if index % (2 * _RUN) == 0 or ended > 1:
             path, first, ended = _figures(design, rng), 0, 0
@@ -86,6 +91,8 @@ def command_governor_calls(
             state = _measured(axis, own.axes[i].predicted, rng)
             inputs |= dict(zip(names[i * n : (i + 1) * n], state.tolist(), strict=True))
             part = path[first + 1 : first + 1 + seen, i]
+            if held:  # nothing is planned, and the tool stays where the moved plan leaves
+                part = np.full(seen, path[first, i])
             slow = part + axis.program.stroke_m * rng.uniform(-0.5, 0.5)
             for name, values in (("points", part), ("slow", slow)):
                 window = np.full(design.window, rng.choice([np.nan, np.inf, 1e30, 0.0]))
@@ -94,6 +101,7 @@ def command_governor_calls(
         _spoil(own.declaration.operation("step").inputs, inputs, rng, bad)
         status, out = own.call("step", inputs)
         first += int(np.asarray(out["points_taken"]))
+        held = status in (Status.NOT_FINITE, Status.OUT_OF_RANGE)
         ended += status is Status.FINISHED and left == 0
         yield Call("step", inputs)
         if rng.random() < 0.1:

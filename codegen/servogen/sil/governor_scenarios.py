@@ -21,7 +21,8 @@ from servogen.sil.scenarios import Scenario
 # A random step of one axis is a program that often has no answer, all iterations of it in Python:
 # some 0.1 s with 41 variables. Both together take 0.05 s, and the windows that a list of calls
 # holds are of some thousand points, so that all scenarios of a precision are done in a minute.
-AXIS_SHARE, BOTH_SHARE = 4, 2
+# Programs of few variables take a fifth of that or less and are tried as often as anything else.
+AXIS_SHARE, BOTH_SHARE, FEW_VARIABLES = 4, 2, 12
 
 
 def governor_suite(
@@ -30,17 +31,20 @@ def governor_suite(
     seed: int,
     count: int,
 ) -> Iterator[Scenario]:
-    """Edges and random calls for every controller: ``count`` steps of a streamed motion, a half of
-    that of both axes, a quarter of each axis alone. The same seed gives the same scenarios."""
+    """Edges and random calls for every controller: ``count`` steps of a streamed motion, as many
+    of the governor where it has few variables, else a half of that of both axes and a quarter of
+    each axis alone. The same seed gives the same scenarios."""
+    few = design.axes[0].program.variables <= FEW_VARIABLES
+    axis_share, both_share = (1, 1) if few else (AXIS_SHARE, BOTH_SHARE)
     for number, motion in enumerate(motions):
         rng = np.random.default_rng(seed + number)
         yield from _both(_motion(motion), list(motion_window_calls(motion, rng, count)))
     for number, axis in enumerate({axis.prefix: axis for axis in design.axes}.values()):
         rng = np.random.default_rng(seed + 10 + number)
-        steps = max(count // AXIS_SHARE, 1)
+        steps = max(count // axis_share, 1)
         yield from _both(_axis(axis), list(axis_governor_calls(axis, rng, steps)))
     rng = np.random.default_rng(seed + 20)
-    calls = list(command_governor_calls(design, rng, max(count // BOTH_SHARE, 1)))
+    calls = list(command_governor_calls(design, rng, max(count // both_share, 1)))
     yield from _both(lambda: CommandGovernor(design), calls)
 
 
