@@ -183,7 +183,9 @@ def test_tables_show_who_missed_who_failed_and_what_is_missing() -> None:
     assert "| `servo_drive_10` | - | 0.300 |" in parts["reported"]
     assert "| `none` | 0.200 | **0.700** |" in parts["reported"]
     (line,) = parts["unreached"].splitlines()[2:]
-    assert line.startswith("| `qpmpc_pendulum_12` | column rows | median | 0.5 | 0.6 | yes | all 12 ")
+    assert line.startswith(
+        "| `qpmpc_pendulum_12` | column rows | median | 0.5 | 0.6 | yes | all 12 "
+    )
     assert "2.00 us | 1 |" in parts["times"]
 
 
