@@ -14,10 +14,6 @@ class Unreached:
     why: str
 
 
-_BOUNDS = (
-    "bounds alone: no one stores a row, and the N^2 numbers of ours, a triangle of H^-1 and the "
-    "factor's, are half of DAQP's; the vectors beside them weigh most where N is small"
-)
 _UNITS = (
     "rows of a plant are measured by their limits, and the most violated one enters; in the metric "
     "of H^-1 an input's row is five times as long as a velocity's, so that inputs enter first and "
@@ -30,8 +26,6 @@ _MASSES = (
 
 # By sequence, and median or maximum of the instructions, or bytes.
 UNREACHED = {
-    ("servo_drive_10", "bytes"): Unreached(0.56, _BOUNDS),
-    ("qpmpc_pendulum_12", "bytes"): Unreached(0.56, _BOUNDS),
     ("qpmpc_pendulum_12", "median"): Unreached(
         None,
         "all 12 variables are at their bounds in the median program: the set is kept, and what is "

@@ -165,7 +165,7 @@ def told() -> dict[str, object]:
         "promises": [
             promised("right", 0.5),
             promised("never", None),
-            promised("small", 0.6, "servo_drive_10", "bytes"),
+            promised("small", 0.6, "qpmpc_pendulum_12", "median"),
             promised("slow", 0.3, "servo_drive_10", "median", of=COLUMNS, asked=False),
             promised("beside", 0.7, "none", "median", of=COLUMNS, asked=False, fits=False),
             promised("first", 0.2, "none", "median", of=STAGES),
@@ -180,10 +180,12 @@ def test_tables_show_who_missed_who_failed_and_what_is_missing() -> None:
     assert "**missing**: has no program" in parts["sequences"]
     assert "| never | 0.5 | not measured | **broken** |" in parts["promises"]
     assert "slow" not in parts["promises"]
-    assert "| `servo_drive_10` | - | **0.600**, 0.300 |" in parts["reported"]
+    assert "| `servo_drive_10` | - | 0.300 |" in parts["reported"]
     assert "| `none` | 0.200 | **0.700** |" in parts["reported"]
     (line,) = parts["unreached"].splitlines()[2:]
-    assert line.startswith("| `servo_drive_10` | column rows | bytes | 0.5 | 0.6 | yes | bounds ")
+    assert line.startswith(
+        "| `qpmpc_pendulum_12` | column rows | median | 0.5 | 0.6 | yes | all 12 "
+    )
     assert "2.00 us | 1 |" in parts["times"]
 
 

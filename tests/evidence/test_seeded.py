@@ -17,7 +17,7 @@ from servogen.evidence.seeded import Column, remembered, run_seeded, with_fault
 from servogen.evidence.seeded_faults import FAULTS, KINDS, Fault, plant
 from servogen.evidence.seeded_kept import Kept
 from servogen.evidence.seeded_quick import Equivalence, StaticCount, warnings
-from servogen.evidence.seeded_table import Row, table_text
+from servogen.evidence.seeded_table import Row, page_text, table_text
 from servogen.progress import Silent
 
 # One worker: what the sound C answers is recorded once.
@@ -108,6 +108,13 @@ def test_what_was_not_run_is_never_shown_as_missed():
     assert text == table_text(sound(), [Row(r.fault, dict(r.said)) for r in rows])
     assert text.count("| missed | tool missing | **caught** |") == len(FAULTS)
     assert f"Caught, of {len(FAULTS)}: blind 0, strict {len(FAULTS)}." in text
+    # a page has a section of every project, made anew where it stands
+    other = text.replace("seeded:seed ", "seeded:other ")
+    page = page_text(page_text("of long ago", text), other)
+    assert page.endswith(f"{text}\n{other}")
+    assert "of long ago" not in page
+    anew = text.replace("| missed |", "| caught |")
+    assert page_text(page, anew) == page_text(page_text("", anew), other) != page
 
 
 def test_what_was_said_is_kept_for_the_same_c_only(tmp_path):

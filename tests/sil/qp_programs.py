@@ -88,8 +88,14 @@ PROGRAMS = {
     for j, (n, m) in enumerate(SIZES[i % 2])
 }
 PLANTS = {"one_input": 1, "two_inputs": 2, "three_inputs": 3}
-# Rows that are no bounds: as many as variables, and fewer, where less is stored.
-FEW = {"box_10": ("box", 10, 20, 70), "box_13": ("box", 13, 20, 71), "few_9": ("random", 9, 8, 72)}
+# Rows that are no bounds: as many as variables, fewer, where less is stored, and none.
+FEW = {
+    "box_10": ("box", 10, 20, 70),
+    "box_13": ("box", 13, 20, 71),
+    "few_9": ("random", 9, 8, 72),
+    "alone_10": ("box", 10, 10, 73),
+    "alone_1": ("box", 1, 1, 74),
+}
 # One iteration is enough for one row, two for two.
 CAPPED = {"cap_1": 1, "cap_2": 2, "cap_3": 3}
 

@@ -66,6 +66,31 @@ def test_programs_of_few_rows_are_daqps(name: str) -> None:
     assert np.count_nonzero(status == Status.BACKUP) <= 30
 
 
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_bounds_alone_store_neither_rows_nor_the_line_of_a_row_too_many(precision: str) -> None:
+    """And full sets come and go: every other call has no bound that holds."""
+    name = "alone_10"
+    made = designs(precision)[name]
+    declared = declare_qp_solver(made)
+    assert not {"rows", "square"} & {field.name for field in declared.state}
+    assert {"FACTOR": 10 * 9 // 2}.items() <= {d.name: d.value for d in declared.dimensions}.items()
+    given = random_inputs(name, precision, 20, 12)
+    given["low"][::2], given["high"][::2] = -1e-3, 1e-3
+    given["low"][1::2], given["high"][1::2] = -1e6, 1e6
+    reference, sets = QpSolver(made), []
+    reference.call("reset")
+    for call in as_calls(given):
+        assert reference.call("step", call.inputs)[0] is Status.OK
+        sets.append(reference.work.size)
+    assert max(sets[::2]) == 10
+    assert min(sets[::2]) >= made.tables.keep
+    assert max(sets[1::2]) == 0
+    calls = [Call("reset", {}), *as_calls(given)]
+    agreement = compare(QpSolver(made), in_c(name, precision), calls)
+    assert agreement.passed, agreement.difference
+    assert agreement.worst == 0.0
+
+
 @pytest.mark.parametrize("name", PLANTS)
 def test_programs_of_a_plant_are_daqps(name: str) -> None:
     given = random_inputs(name, "float64", 1000, 6)

@@ -111,11 +111,15 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
     inverse = -(tables.inverse[np.tril_indices(n)] if tables.triangle else tables.inverse)
     assert isinstance(rows, StageRows | ColumnRows)
     own = _stages(rows) if isinstance(rows, StageRows) else _columns(rows, scale)
+    # of no more rows than variables none is left to enter a full set, and no line of it is needed
+    last = n if rows.count > n else max(n - 1, 1)
     return IterationParts(
         told="dual active-set method",
         dimensions=(
             Dimension("VARIABLES", n, "of the program"),
-            Dimension("FACTOR", n * (n + 1) // 2, "L of the working set, and the row that enters"),
+            Dimension(
+                "FACTOR", last * (last + 1) // 2, "L of the working set, and the row that enters"
+            ),
             *([Dimension("VECTORS", n * n, "-H^-1 a of the working set")] if tables.stores else []),
             Dimension("KEEP", tables.keep, "a working set of so many rows stays as it is"),
             *own.dimensions,
@@ -136,7 +140,7 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
             StateField("dual", "multipliers of the working set", "VARIABLES"),
             StateField("missed", "what its rows miss of their bounds", "VARIABLES"),
             StateField("pivots", "1 / D", "VARIABLES"),
-            StateField("square", "a'H^-1 a", "VARIABLES"),
+            *([] if tables.unit else [StateField("square", "a'H^-1 a", "VARIABLES")]),
             StateField("factor", "L below its diagonal, line after line", "FACTOR"),
             *([StateField("vectors", "-H^-1 a", "VECTORS")] if tables.stores else []),
             StateField("row", "rows of the working set", "VARIABLES", type="int32_t"),
@@ -153,6 +157,8 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
             "scaled": scale is not None,
             "stores": tables.stores,
             "triangle": tables.triangle,
+            "unit": tables.unit,
+            "last": last,
             **own.facts,
         },
     )
@@ -209,7 +215,12 @@ def _plant(rows: StageRows) -> IterationParts:
             Table("plant", np.array(coefficients), "one step of the plant behind A, line by line"),
             Table("terminal_columns", rows.terminal.T, "terminal rows, transposed"),
         ),
-        facts={"stages": True, "plant": plant, "backwards": _backwards(rows, plant)},
+        facts={
+            "stages": True,
+            "alone": False,
+            "plant": plant,
+            "backwards": _backwards(rows, plant),
+        },
     )
 
 
@@ -256,6 +267,7 @@ def _columns(rows: ColumnRows, scale: FloatArray | None) -> IterationParts:
         ),
         facts={
             "stages": False,
+            "alone": dense == 0,
             "first": [int(i) for i in first],
             "factors": "scale" if shared else "bound_factors",
         },

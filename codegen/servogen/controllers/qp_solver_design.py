@@ -94,7 +94,7 @@ def design_qp_solver(
     written = given / norm[:, None]
     check_reach(written, inverse, precision)
     own = column_rows(written, precision.dtype, per_step, staying, bounds, inputs)
-    tables = active_set_tables(h, written, own, accept, cap, precision)
+    tables = active_set_tables(h, written, own, accept, cap, precision, unit=True)
     return QpSolverDesign(prefix, precision, tables, cast(1.0 / norm, precision))
 
 
@@ -159,7 +159,7 @@ def declare_qp_solver(design: QpSolverDesign) -> Declaration:
             *parts.state,
             *rest,
             StateField("free", "unconstrained optimum", "VARIABLES"),
-            StateField("rows", "A z", "ROWS"),
+            *([] if parts.facts["alone"] else [StateField("rows", "A z", "ROWS")]),
             StateField("z", "the last answer", "VARIABLES"),
             StateField("ready", "1 after reset", type="int32_t"),
         ),

@@ -118,8 +118,9 @@ def iteration_program(
     high[m:, p], low[m:, p] = qp.upper[bounded], qp.lower[bounded]
     on_theta, constant = qp.unconstrained()
     tables = active_set_tables(
-        qp.hessian, rows, column_rows(rows, precision.dtype), accept, cap, precision
-    )
+        qp.hessian, rows, column_rows(rows, precision.dtype), accept, cap, precision,
+        unit=True,
+    )  # fmt: skip
     return IterationProgram(
         tables=tables,
         free=np.column_stack([on_theta, constant]),

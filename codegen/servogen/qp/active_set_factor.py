@@ -22,7 +22,7 @@ class WorkingSet:
     Attributes:
         size: q, rows in the set. row, side: (N,) which, and 1 for the upper side, -1 the lower.
         factor: (N + 1, N) L below its diagonal of ones, and a row for the one that enters.
-        pivots: (N,) 1 / D. square: (N,) a'H^-1 a.
+        pivots: (N,) 1 / D. square: (N,) a'H^-1 a; one where all rows have that length.
         vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
         slot: (N,) where a row of the set has its vector; the rest are free.
         dual: (N,) multipliers.
@@ -113,7 +113,7 @@ def append(
         return Appended(False, square, left)
     real = tables.inverse.dtype.type
     work.pivots[q] = real(1.0) / min(max(pivot, tables.small), tables.large)
-    work.square[q] = square
+    work.square[q] = real(1.0) if tables.unit else square
     work.vectors[work.slot[q]] = vector
     work.row[q], work.side[q], work.dual[q] = row, side, real(0.0)
     work.size = q + 1

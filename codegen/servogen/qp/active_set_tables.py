@@ -34,6 +34,8 @@ class ActiveSetTables:
             multipliers.
         triangle: whether the emitted C keeps one triangle of H^-1 only, where fewer than N rows do
             not bound single variables; a product with it costs about twice as much.
+        unit: whether every row has a'H^-1 a = 1, up to what rounding it and H^-1 leaves, far below
+            what it is asked for: then the squares of the rows of the set are not kept.
         keep: a working set of at least so many rows stays as it is at the next call, factor and
             all; a smaller one is shifted by one sample and factored anew.
     """
@@ -51,23 +53,27 @@ class ActiveSetTables:
     cap: int
     stores: bool
     triangle: bool
+    unit: bool
     keep: int
 
 
 def active_set_tables(
     hessian: FloatArray, written: FloatArray, rows: RowTables, accept: float, cap: int,
-    precision: Precision,
+    precision: Precision, unit: bool = False,
 ) -> ActiveSetTables:  # fmt: skip
     """Tables of H (N, N) and A, ``written`` (m, N) out and as ``rows``; rounded once.
 
     A set is kept from half the variables on: to factor one anew costs its size times an iteration,
     and one that large belongs to a machine that stays at its limits, where the same rows hold at
     the next sample; a small one moves towards the present with the horizon.
+
+    Args:
+        unit: A was scaled to rows of a'H^-1 a = 1.
     """
     # with a unit diagonal: a variable in metres beside one in nanometres costs no digits
-    unit = 1.0 / np.sqrt(np.diag(hessian))
-    inverse = np.linalg.inv(hessian * np.outer(unit, unit))
-    inverse = 0.5 * (inverse + inverse.T) * np.outer(unit, unit)
+    size = 1.0 / np.sqrt(np.diag(hessian))
+    inverse = np.linalg.inv(hessian * np.outer(size, size))
+    inverse = 0.5 * (inverse + inverse.T) * np.outer(size, size)
     norm = np.sqrt(np.einsum("ij,jk,ik->i", written, inverse, written))
     real = precision.dtype.type
 
@@ -90,5 +96,6 @@ def active_set_tables(
         cap=cap,
         stores=rows.count - rows.alone > rows.variables,
         triangle=rows.count - rows.alone < rows.variables,
+        unit=unit,
         keep=max(1, rows.variables // 2),
     )

@@ -1,7 +1,8 @@
 """``make seeded``: plant faults in the C of a project, ask every check, write the table.
 
-Arguments: the project file, the page to write, a file that keeps what was found about the same C,
-and the checks to ask (all if none is named).
+Arguments: the project file, the page whose section of this project is written, a file that keeps
+what was found about the same C, and the checks to ask (all if none is named). A project whose MPC
+is solved by the active set gets the faults of that method.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from servogen.errors import ServogenError
 from servogen.evidence.catalogue import CHECKS
 from servogen.evidence.seeded import FUZZING, columns_for, remembered, run_seeded
 from servogen.evidence.seeded_kept import Kept
-from servogen.evidence.seeded_table import table_text
+from servogen.evidence.seeded_table import page_text, table_text
 from servogen.progress import for_stream
 from servogen.project.systems import load_any_project
 from servogen.steps.check import bench_of
@@ -38,7 +39,9 @@ def main(arguments: Sequence[str]) -> int:
     except ServogenError as error:
         print(f"servogen: {error}", file=sys.stderr)
         return error.exit_status
-    Path(arguments[1]).write_text(table_text(bench, rows), encoding="utf-8")
+    page = Path(arguments[1])
+    before = page.read_text(encoding="utf-8") if page.is_file() else ""
+    page.write_text(page_text(before, table_text(bench, rows)), encoding="utf-8")
     escaped = [row.fault.name for row in rows if "caught" not in row.said.values()]
     for name in escaped:
         print(f"nothing that ran caught: {name}")
