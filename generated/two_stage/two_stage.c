@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from cascade.c.jinja; not to be edited.
- * Design 2e9a6c6b51c5ddcb90050ef0d13e28767b3f4ddc8b339cd6e1f81053a34d6827.
+ * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
  *
  * SPRG-MPC cascade for a two-stage machine
  *

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 2e9a6c6b51c5ddcb. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design e5413155c9917186. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H

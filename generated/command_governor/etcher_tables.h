@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design ea791249e1cb9c61. */
+/* Constant tables of etcher; included by etcher.c only. */
+#ifndef ETCHER_TABLES_H
+#define ETCHER_TABLES_H
+
+/* m: fast range used, x */
+static const sg_real etcher_stroke_x = 0.025;
+/* m: fast range used, y */
+static const sg_real etcher_stroke_y = 0.025;
+/* m: of points */
+static const sg_real etcher_limit_x = 0.375;
+/* m: of points */
+static const sg_real etcher_limit_y = 0.375;
+
+#endif
