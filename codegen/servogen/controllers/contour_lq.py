@@ -8,34 +8,14 @@ import numpy as np
 
 from servogen.controllers.arithmetic import cast, check_port, scalar_type
 from servogen.controllers.contour_axis import AxisModel
+from servogen.controllers.contour_law import Law, SlidingLaw
 from servogen.controllers.contour_lq_declaration import declare_contour_lq
 from servogen.controllers.contour_lq_design import HIDDEN_BOUND, ContourAxis, ContourLqDesign
-from servogen.controllers.contour_slides import solve_slides
-from servogen.controllers.contour_tangent import Course, TangentSweep
+from servogen.controllers.contour_table import TabulatedLaw
+from servogen.controllers.contour_tangent import Course
 from servogen.controllers.design import Status, Value
 from servogen.precision import FloatArray, Precision
 from servogen.qp.ordered import dot, matvec
-
-
-class AxisLaw:
-    """Tables of one axis in the target precision."""
-
-    def __init__(self, axis: ContourAxis, p: Precision) -> None:
-        tables = axis.tables
-        self._first, self._error = cast(tables.first, p), cast(tables.error.T, p)
-        self._slide, self.stiffness = cast(tables.slide, p), cast(tables.stiffness, p)
-
-    def unslid(self, given: FloatArray) -> np.floating:
-        """First input (d_1, ..., d_N, y, xi) asks for under Q_max."""
-        return dot(self._first, given)
-
-    def errors(self, given: FloatArray) -> FloatArray:
-        """(S,) errors left by that plan, times -beta / q."""
-        return matvec(self._error, given)
-
-    def slid(self, along: FloatArray, s: FloatArray) -> np.floating:
-        """What the slides add to the first input."""
-        return dot(self._slide * along, s)
 
 
 class AxisFilter:
@@ -94,14 +74,11 @@ class ContourLq:
         p = design.precision
         real = scalar_type(p)
         self._dtype, self._zero = p.dtype, real(0.0)
-        self.laws = tuple(AxisLaw(axis, p) for axis in design.axes)
+        table = design.table
+        self.law: Law = TabulatedLaw(design, table) if table else SlidingLaw(design)
         self.filters = tuple(AxisFilter(axis, p) for axis in design.axes)
         self.models: tuple[AxisModel, ...] = tuple(axis.model for axis in design.axes)
         self._limits = tuple(real(model.input_limit) for model in self.models)
-        self._least_price = real(design.least_price)
-        self._sweep = TangentSweep(
-            len(design.axes), design.count or design.preview, design.share, design.apart, p
-        )
         self._ports = {
             op.name: {port.name: port for port in op.inputs} for op in self.declaration.operations
         }
@@ -110,7 +87,7 @@ class ContourLq:
 
     def _forget(self) -> None:
         self.begun = False
-        zeros = np.zeros(len(self.laws), dtype=self._dtype)
+        zeros = np.zeros(len(self.filters), dtype=self._dtype)
         self.course = Course(zeros, zeros)
 
     def call(
@@ -143,7 +120,7 @@ class ContourLq:
 
     def _step(self, given: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
-            return Status.NOT_READY, self._outputs([self._zero] * len(self.laws), 0, 0)
+            return Status.NOT_READY, self._outputs([self._zero] * len(self.filters), 0, 0)
         seen = self._check("step", "position", given)
         told = self._check("step", "reference", given)
         if seen is Status.OK:
@@ -159,7 +136,7 @@ class ContourLq:
 
     def _follow(self, given: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
-            return Status.NOT_READY, self._outputs([self._zero] * len(self.laws), 0, 0)
+            return Status.NOT_READY, self._outputs([self._zero] * len(self.filters), 0, 0)
         status = max(
             self._check("follow", name, given) for name in ("position", "hidden", "reference")
         )
@@ -178,40 +155,21 @@ class ContourLq:
     ) -> tuple[Status, dict[str, Value]]:
         """PRIMING: no direction of the contour is known, all errors count alike."""
         if status is not Status.OK:
-            return status, self._outputs([self._zero] * len(self.laws), 0, 0)
-        points = self._values(given["reference"]).reshape(-1, len(self.laws))
+            return status, self._outputs([self._zero] * len(self.filters), 0, 0)
+        points = self._values(given["reference"]).reshape(-1, len(self.filters))
         relative = [
             np.concatenate([(points[1:, a] - last[a]) - ahead[a], [last[a] + ahead[a]], hidden[a]])
-            for a in range(len(self.laws))
+            for a in range(len(hidden))
         ]
-        commands, known = self.command(points, relative)
+        if not self.begun:
+            self.course = Course(points[0].copy(), np.zeros_like(points[0]))
+            self.begun = True
+        commands, known, self.course = self.law(points, self.course, relative)
         bounded = [
             min(max(u, -limit), limit) for u, limit in zip(commands, self._limits, strict=True)
         ]
         limited = sum(int(u != v) for u, v in zip(commands, bounded, strict=True))
         return Status.OK if known else Status.PRIMING, self._outputs(bounded, limited, known)
-
-    def command(
-        self, points: FloatArray, relative: list[FloatArray]
-    ) -> tuple[list[np.floating], int]:
-        """The law: points (N + 1, p), (d_1, ..., d_N, y, xi) of every axis; inputs, and how many
-        points have a direction."""
-        if not self.begun:
-            self.course = Course(points[0].copy(), np.zeros_like(points[0]))
-            self.begun = True
-        slide, self.course = self._sweep(points, self.course)
-        commands = [law.unslid(given) for law, given in zip(self.laws, relative, strict=True)]
-        if self.design.count:
-            s = solve_slides(
-                [law.stiffness for law in self.laws],
-                slide.along,
-                slide.price,
-                [law.errors(given) for law, given in zip(self.laws, relative, strict=True)],
-                self._least_price,
-            )
-            for a, law in enumerate(self.laws):
-                commands[a] = commands[a] + law.slid(slide.along[:, a], s)
-        return commands, slide.known
 
     def _outputs(self, commands: list[np.floating], limited: int, known: int) -> dict[str, Value]:
         command = np.array(commands, dtype=self._dtype)

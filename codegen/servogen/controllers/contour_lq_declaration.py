@@ -66,10 +66,10 @@ def contour_outputs(design: ContourLqDesign) -> tuple[Port, ...]:
     )
 
 
-def _law_tables(name: str, axis: ContourAxis, count: int) -> tuple[Table, ...]:
+def _law_tables(name: str, axis: ContourAxis, slides: bool) -> tuple[Table, ...]:
     tables = axis.tables
     first = Table(f"first_{name}", tables.first, "(d_1..d_N, y, xi) to the first input")
-    if not count:
+    if not slides:
         return (first,)
     return (
         first,
@@ -79,7 +79,7 @@ def _law_tables(name: str, axis: ContourAxis, count: int) -> tuple[Table, ...]:
     )
 
 
-def _axis_tables(name: str, axis: ContourAxis, count: int) -> tuple[Table, ...]:
+def _axis_tables(name: str, axis: ContourAxis, slides: bool) -> tuple[Table, ...]:
     model, observer = axis.model, axis.observer
     hidden = model.a[1:, 1:]
     seen: tuple[Table, ...] = ()
@@ -91,7 +91,7 @@ def _axis_tables(name: str, axis: ContourAxis, count: int) -> tuple[Table, ...]:
             Table(f"hidden_drive_{name}", model.b[1:], "hidden states by the input"),
             Table(f"hidden_gain_{name}", observer.on_hidden, "Kalman gain of them"),
         )
-    return (*_law_tables(name, axis, count), *seen)
+    return (*_law_tables(name, axis, slides), *seen)
 
 
 def _axis_constants(name: str, axis: ContourAxis) -> tuple[Constant, ...]:
@@ -104,15 +104,48 @@ def _axis_constants(name: str, axis: ContourAxis) -> tuple[Constant, ...]:
     )
 
 
+def _slides(design: ContourLqDesign) -> bool:
+    return design.count > 0 and design.table is None
+
+
+def _form_dimensions(design: ContourLqDesign) -> tuple[Dimension, ...]:
+    if design.table is not None:
+        return (
+            Dimension("ANGLES", design.table.entries, "directions over half a turn"),
+            Dimension("AT", design.table.at, "point ahead whose direction counts"),
+        )
+    if design.count:
+        return (Dimension("SLIDES", design.count, "S, points whose reference may slide"),)
+    return ()
+
+
+def _form_constants(design: ContourLqDesign) -> tuple[Constant, ...]:
+    if design.table is not None:
+        return (Constant("half_angles", 0.5 * design.table.entries, "of them in a quarter turn"),)
+    if design.count:
+        return (
+            Constant("share", design.share, "beta / (alpha + beta)"),
+            Constant("least_price", design.least_price, "alpha / (alpha + beta), below any pivot"),
+        )
+    return ()
+
+
+def _angle_tables(design: ContourLqDesign) -> tuple[Table, ...]:
+    """A direction after the other, in it an input after the other, in it the axes."""
+    if design.table is None:
+        return ()
+    gains = np.swapaxes(design.table.gains, 1, 2)
+    flat = gains.reshape(-1, len(design.axes))
+    return (Table("gains", flat, "(d, y, xi) of all axes to commands, per direction"),)
+
+
 def declare_contour_lq(design: ContourLqDesign) -> Declaration:
     """Names, sizes, tables and ports; tables of the axis ``a`` end in ``_a``."""
     named = list(zip(design.names, design.axes, strict=True))
     position, hidden, reference = contour_inputs(design)
     outputs = contour_outputs(design)
     reach = max(axis.model.reach for axis in design.axes)
-    slides: tuple[Dimension, ...] = ()
-    if design.count:
-        slides = (Dimension("SLIDES", design.count, "S, points whose reference may slide"),)
+    slides = _slides(design)
     return Declaration(
         kind="contour_lq",
         prefix=design.prefix,
@@ -122,19 +155,21 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
         dimensions=(
             Dimension("AXES", len(named), "p"),
             Dimension("PREVIEW", design.preview, "N_p, points ahead"),
-            *slides,
+            *_form_dimensions(design),
             Dimension("HIDDEN", hidden.size, "states but the positions, all axes"),
             *(Dimension(f"HIDDEN_{n.upper()}", a.model.hidden, f"of {n}") for n, a in named),
         ),
         constants=(
             Constant("apart", design.apart, "m: points nearer than this make no direction"),
-            Constant("share", design.share, "beta / (alpha + beta)"),
-            Constant("least_price", design.least_price, "alpha / (alpha + beta), below any pivot"),
+            *_form_constants(design),
             Constant("hidden_bound", HIDDEN_BOUND, "largest hidden state"),
             Constant("twice_reach", 2.0 * reach, "two positions are not farther apart"),
             *(constant for n, a in named for constant in _axis_constants(n, a)),
         ),
-        tables=tuple(table for n, a in named for table in _axis_tables(n, a, design.count)),
+        tables=(
+            *(table for n, a in named for table in _axis_tables(n, a, slides)),
+            *_angle_tables(design),
+        ),
         state=(
             StateField("last", "last usable measurement", "AXES"),
             StateField("ahead", "position expected at the next sample, less that", "AXES"),
@@ -160,12 +195,9 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
                 outputs,
             ),
         ),
-        facts={"slides": design.count > 0, "names": list(design.names)},
+        facts={
+            "slides": slides,
+            "tabulated": design.table is not None,
+            "names": list(design.names),
+        },
     )
-
-
-def law_numbers(design: ContourLqDesign) -> int:
-    """Constants that one sample of the law reads: tables without the filter's."""
-    tables = [t for n, a in zip(design.names, design.axes, strict=True)
-              for t in _law_tables(n, a, design.count)]  # fmt: skip
-    return int(np.sum([table.values.size for table in tables]))

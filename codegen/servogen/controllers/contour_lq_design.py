@@ -13,7 +13,7 @@ from servogen.controllers.contour_tables import AxisTables, axis_tables, slides
 from servogen.controllers.contour_tangent import distinct
 from servogen.controllers.contour_weights import ContourWeights, Terminal
 from servogen.controllers.errors import DesignError
-from servogen.plants.statespace import Discrete
+from servogen.plants.statespace import Discrete, FloatArray
 from servogen.precision import Precision
 
 AXES = ("x", "y", "z")
@@ -51,11 +51,38 @@ class ContourAxis:
 
 
 @dataclass(frozen=True)
+class AngleTable:
+    """Gains per direction, see ``contour_table_design``.
+
+    Attributes:
+        gains: (entries + 1, p, sum of N + n) of a straight contour less those of Q_max, the first
+            ones again at the end. at: point of the preview whose direction counts.
+    """
+
+    gains: FloatArray
+    at: int
+
+    @property
+    def entries(self) -> int:
+        """Directions over half a turn."""
+        return len(self.gains) - 1
+
+    def gains_at(self, place: float) -> FloatArray:
+        """(p, sum of N + n), linear between entries, for a place between -1 and 1."""
+        where = (place + 1.0) * 0.5 * self.entries
+        entry = min(int(where), self.entries - 1)
+        low, high = self.gains[entry], self.gains[entry + 1]
+        result: FloatArray = low + (where - entry) * (high - low)
+        return result
+
+
+@dataclass(frozen=True)
 class ContourLqDesign:
     """All that the emitted controller is made of.
 
     Attributes:
         preview: N_p, points ahead of the present one. apart: m, see ``contour_tangent.distinct``.
+        table: gains per direction in place of those computed on line.
     """
 
     prefix: str
@@ -66,6 +93,7 @@ class ContourLqDesign:
     terminal: Terminal
     preview: int
     apart: float
+    table: AngleTable | None = None
 
     @property
     def count(self) -> int:

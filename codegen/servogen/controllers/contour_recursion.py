@@ -14,7 +14,8 @@ import scipy.linalg
 
 from servogen.controllers.contour_weights import ContourWeights, Terminal
 from servogen.controllers.errors import DesignError
-from servogen.plants.statespace import Discrete, FloatArray
+from servogen.plants.statespace import Discrete
+from servogen.precision import FloatArray
 
 # scipy's solution satisfies (16) to 1e-12 of itself on models like the paper's; one that is off by
 # more than this comes from a pencil whose eigenvalues it could not tell apart.

@@ -109,7 +109,8 @@ class TangentSweep:
         """The direction before the last one, mirrored at the last; zeros where it is not known."""
         last, before = reached[-1], reached[-2]
         share = (self._two * self._dot(last, before)) / self._square(last)
-        return last * share - before
+        beyond: FloatArray = last * share - before
+        return beyond
 
     def _between(self, before: FloatArray, behind: FloatArray) -> tuple[FloatArray, np.floating]:
         cosine = self._dot(before, behind)
