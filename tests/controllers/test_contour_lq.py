@@ -1,0 +1,155 @@
+"""The controller step by step: statuses, safe outputs, its filter, odd contours."""
+
+import numpy as np
+import pytest
+from contour_machine import OUTPUT, STATIONARY, design, of_case
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from servogen.controllers.contour_lq import ContourLq
+from servogen.controllers.contour_table_design import tabulate
+from servogen.controllers.design import Status, Value
+from servogen.plants.machining_centre import machining_centre
+from servogen.precision import FLOAT32, FLOAT64, Precision
+
+REST = np.zeros(2)
+AHEAD = np.outer(np.arange(11), [2e-5, 1e-5]).ravel()
+
+
+def ready(controller: ContourLq | None = None) -> ContourLq:
+    made = controller or ContourLq(of_case("IV"))
+    assert made.call("reset", {"position": REST})[0] is Status.OK
+    return made
+
+
+def step(
+    controller: ContourLq, position: np.ndarray = REST, reference: np.ndarray = AHEAD
+) -> tuple[Status, dict[str, Value]]:
+    return controller.call("step", {"position": position, "reference": reference})
+
+
+def test_before_reset_nothing_moves() -> None:
+    made = ContourLq(of_case("II"))
+    for operation, extra in (("step", {}), ("follow", {"hidden": np.zeros(6)})):
+        status, out = made.call(operation, {"position": REST, "reference": AHEAD, **extra})
+        assert status is Status.NOT_READY
+        assert not np.any(out["command"])
+    assert made.call("reset", {"position": np.array([0.0, np.nan])})[0] is Status.NOT_FINITE
+    assert step(made)[0] is Status.NOT_READY
+
+
+@pytest.mark.parametrize(
+    ("value", "status"),
+    [(np.nan, Status.NOT_FINITE), (-np.inf, Status.NOT_FINITE), (0.06, Status.OUT_OF_RANGE)],
+)
+def test_what_cannot_be_used_stops_the_axes(value: float, status: Status) -> None:
+    """And only for as long as it comes; a usable measurement beside it is not lost."""
+    made, twin = ready(), ready()
+    bad = AHEAD.copy()
+    bad[13] = value
+    found, out = step(made, np.array([3e-6, 0.0]), bad)
+    assert (found, out["known"], out["limited"]) == (status, 0, 0)
+    assert not np.any(out["command"])
+    assert made.filters[0].last == 3e-6
+    assert step(made)[0] is Status.OK
+    found, out = step(twin, np.array([0.0, value]))
+    assert found is status
+    assert not np.any(out["command"])
+    assert step(twin)[0] is Status.OK
+    hidden = np.zeros(6)
+    hidden[4] = value if not np.isfinite(value) else 2.1
+    found, out = made.call("follow", {"position": REST, "hidden": hidden, "reference": AHEAD})
+    assert found is status
+    assert not np.any(out["command"])
+
+
+def test_a_machine_that_stands_has_no_direction_yet() -> None:
+    made = ready()
+    status, out = step(made, REST, np.zeros(22))
+    assert (status, out["known"]) == (Status.PRIMING, 0)
+    assert not np.any(out["command"])
+    assert step(made)[0] is Status.OK
+
+
+def test_a_point_out_of_reach_is_approached_at_the_limit() -> None:
+    found, out = step(ready(), REST, AHEAD + 0.01)
+    assert found is Status.OK
+    assert out["limited"] == 2
+    assert np.array_equal(out["command"], [20.0, 20.0])
+
+
+def test_the_filter_finds_the_state() -> None:
+    """From a wrong start, under commands that it is told of."""
+    made, axes = ready(ContourLq(of_case("I"))), machining_centre()
+    states = [np.array([1e-6, -2e-6, 0.0]), np.zeros(5)]
+    for k in range(200):
+        position = np.array([axis.c @ x for axis, x in zip(axes, states, strict=True)])
+        path = 5e-4 * np.sin(0.02 * np.arange(k, k + 11))
+        _, out = step(made, position, np.column_stack([path, 0.0 * path]).ravel())
+        command = np.asarray(out["command"])
+        states = [axis.a @ x + axis.b * u for axis, x, u in zip(axes, states, command, strict=True)]
+    for filtered, axis, x in zip(made.filters, made.design.axes, states, strict=True):
+        own = axis.model.from_state @ x
+        assert filtered.last + filtered.ahead == pytest.approx(own[0], abs=1e-10)
+        assert np.allclose(filtered.hidden, own[1:], atol=1e-6)
+    assert all(0.0 < axis.observer.decay < 0.95 for axis in made.design.axes)
+
+
+STEPS = np.arange(30)
+CONTOURS = {
+    "stop": np.repeat([[0.0, 0.0], [1e-3, 5e-4]], [1, 60], axis=0),
+    "repeated": np.repeat(np.outer(np.arange(20), [2e-5, 0.0]), 3, axis=0),
+    "corner": np.vstack(
+        [np.outer(STEPS, [2e-5, 0.0]), np.column_stack([0.0 * STEPS + 5.8e-4, 2e-5 * STEPS])]
+    ),
+    "reversal": np.abs(np.arange(-30, 30))[:, None] * np.array([[2e-5, 1e-5]]),
+    "needle": np.column_stack([2e-5 * np.abs(np.arange(-30, 30)), 1e-9 * np.arange(60)]),
+    "jump": np.repeat([[0.0, 0.0], [0.04, -0.04]], 30, axis=0),
+    "nothing": np.zeros((60, 2)),
+}
+
+
+@pytest.mark.parametrize("precision", [FLOAT64, FLOAT32])
+@pytest.mark.parametrize("form", ["on line", "tabulated", "stationary"])
+@pytest.mark.parametrize("name", CONTOURS)
+def test_awkward_contours_are_followed(name: str, form: str, precision: Precision) -> None:
+    """In closed loop, finite at every step, and to rest at the end of those that end."""
+    made = design(0.25, 15.0, STATIONARY if form == "stationary" else OUTPUT, precision=precision)
+    controller = ready(ContourLq(tabulate(made, 16, 4) if form == "tabulated" else made))
+    path, axes = CONTOURS[name], machining_centre()
+    path = np.vstack([path, np.repeat(path[-1:], 90, axis=0)])
+    states = [np.zeros(axis.order) for axis in axes]
+    for k in range(len(path) - 11):
+        position = np.array([axis.c @ x for axis, x in zip(axes, states, strict=True)])
+        with np.errstate(all="raise", under="ignore"):
+            status, out = step(controller, position, path[k : k + 11].ravel())
+        command = np.asarray(out["command"], dtype=float)
+        # one that stands before its jump has no direction until that comes into sight
+        stands = name == "nothing" or (name == "jump" and k < 20)
+        assert status is (Status.PRIMING if stands else Status.OK)
+        assert np.all(np.abs(command) <= 20.0)
+        states = [axis.a @ x + axis.b * u for axis, x, u in zip(axes, states, command, strict=True)]
+    assert name == "jump" or np.max(np.abs(position - path[-1])) < 3e-6
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.integers(0, 2**31), st.sampled_from([FLOAT32, FLOAT64]), st.booleans())
+def test_no_input_makes_a_command_that_is_none(
+    seed: int, precision: Precision, whole: bool
+) -> None:
+    generator = np.random.default_rng(seed)
+    controller = ready(ContourLq(design(0.25, 15.0, OUTPUT, precision=precision)))
+    odd = [0.0, np.nan, np.inf, -np.inf, 0.05, -0.05, 0.0500001, 1e-30, 1e30, precision.max]
+    for _ in range(6):
+        given = {
+            "position": generator.uniform(-0.05, 0.05, 2),
+            "hidden": generator.uniform(-2.0, 2.0, 6),
+            "reference": generator.uniform(-0.05, 0.05, 22),
+        }
+        for values in given.values():
+            if generator.random() < 0.4:
+                values[generator.integers(values.size)] = generator.choice(odd)
+        status, out = controller.call("follow" if whole else "step", given)
+        assert np.all(np.abs(np.asarray(out["command"])) <= 20.0)
+        assert status <= Status.PRIMING or not np.any(out["command"])
+        assert all(np.all(np.isfinite(axis.hidden)) for axis in controller.filters)
