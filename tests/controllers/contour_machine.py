@@ -27,7 +27,7 @@ def weights(tracking: float, contour: float) -> ContourWeights:
 
 
 def axis_data(plant: Discrete) -> AxisData:
-    return AxisData(plant, input_limit=20.0, reach=0.05, disturbance=0.02, count=0.8e-6)
+    return AxisData(plant, input_limit=20.0, reach=0.05, disturbance=0.01, count=0.8e-6)
 
 
 def design(

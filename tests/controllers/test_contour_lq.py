@@ -10,8 +10,11 @@ from servogen.controllers.contour_lq import ContourLq
 from servogen.controllers.contour_table_design import tabulate
 from servogen.controllers.design import Status, Value
 from servogen.plants.machining_centre import machining_centre
+from servogen.plants.statespace import Discrete
 from servogen.precision import FLOAT32, FLOAT64, Precision
+from servogen.systems.contour_loop import ContourMotion, circle, run_contour
 
+PLAIN = Discrete(np.array([[1.0]]), np.array([1.1e-5]), np.array([1.0]), 0.0005)
 REST = np.zeros(2)
 AHEAD = np.outer(np.arange(11), [2e-5, 1e-5]).ravel()
 
@@ -76,6 +79,29 @@ def test_a_point_out_of_reach_is_approached_at_the_limit() -> None:
     assert found is Status.OK
     assert out["limited"] == 2
     assert np.array_equal(out["command"], [20.0, 20.0])
+
+
+@pytest.mark.parametrize("precision", [FLOAT64, FLOAT32])
+@pytest.mark.parametrize("orders", [(3, 5, 1), (1, 1), (1, 3)])
+def test_any_axes_follow_a_helix(orders: tuple[int, ...], precision: Precision) -> None:
+    """Three of them, each of its own order, and such as are an integrator alone."""
+    plants = {1: PLAIN, **{axis.order: axis for axis in machining_centre()}}
+    axes = tuple(plants[n] for n in orders)
+    made = design(1.2, 20.0, OUTPUT, precision=precision, axes=axes)
+    motion = helix(len(axes))
+    found = run_contour(made, ContourLq(made), axes, motion, 200)
+    assert np.all(found.status == Status.OK)
+    assert 1e6 * found.contour_rms_m(60) < 0.8
+    assert 1e6 * found.tracking_rms_m(60) > 5.0  # beta has the errors go along the contour
+    seen = run_contour(made, ContourLq(made), axes, motion, 200, encoder_m=0.1e-6)
+    assert 1e6 * seen.contour_rms_m(60) < 1.0
+
+
+def helix(axes: int) -> ContourMotion:
+    """A circle, and rising where there is a third axis; errors are those of the circle."""
+    flat = circle(1e-3, 0.05, 0.0005, 220)
+    rise = 1e-5 * np.arange(220)[:, None] * np.ones(axes - 2)
+    return ContourMotion(np.hstack([flat.points, rise]), flat.distance)
 
 
 def test_the_filter_finds_the_state() -> None:

@@ -25,7 +25,8 @@ def harmless(slide: Slide) -> np.ndarray:
     along = slide.along.astype(float)
     length = np.sum(along**2, axis=1)
     whole = slide.price + SHARE * length  # tau, since price = tau - share |t|^2
-    return along[:, :, None] * along[:, None, :] / whole[:, None, None]
+    found: np.ndarray = along[:, :, None] * along[:, None, :] / whole[:, None, None]
+    return found
 
 
 def line(direction: tuple[float, ...]) -> np.ndarray:

@@ -21,13 +21,13 @@ from servogen.qp.ordered import dot, matvec
 class AxisFilter:
     """Estimate of one axis: position less the last measured, and the hidden states."""
 
-    def __init__(self, axis: ContourAxis, p: Precision) -> None:
+    def __init__(self, axis: ContourAxis, reach: float, p: Precision) -> None:
         real, model, observer = scalar_type(p), axis.model, axis.observer
         self._gain, self._gain_hidden = real(observer.on_position), cast(observer.on_hidden, p)
         self._drift, self._drive = real(model.drift[0]), real(model.b[0])
         self._hidden_drift, self._hidden_drive = cast(model.drift[1:], p), cast(model.b[1:], p)
         self._on_hidden, self._moves = cast(model.a[1:, 1:].T, p), cast(model.a[0, 1:], p)
-        self._bound, self._far = real(HIDDEN_BOUND), real(2.0 * model.reach)
+        self._bound, self._far = real(HIDDEN_BOUND), real(2.0 * reach)
         self._real, self._dtype = real, p.dtype
         self.rest(0.0)
 
@@ -76,7 +76,7 @@ class ContourLq:
         self._dtype, self._zero = p.dtype, real(0.0)
         table = design.table
         self.law: Law = TabulatedLaw(design, table) if table else SlidingLaw(design)
-        self.filters = tuple(AxisFilter(axis, p) for axis in design.axes)
+        self.filters = tuple(AxisFilter(axis, design.reach, p) for axis in design.axes)
         self.models: tuple[AxisModel, ...] = tuple(axis.model for axis in design.axes)
         self._limits = tuple(real(model.input_limit) for model in self.models)
         self._ports = {
@@ -137,11 +137,12 @@ class ContourLq:
     def _follow(self, given: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
             return Status.NOT_READY, self._outputs([self._zero] * len(self.filters), 0, 0)
-        status = max(
-            self._check("follow", name, given) for name in ("position", "hidden", "reference")
-        )
+        status = max(self._check("follow", name, given) for name in self._ports["follow"])
         ends = np.cumsum([model.hidden for model in self.models])
-        hidden = np.split(self._values(given["hidden"]), ends[:-1])
+        told = (
+            self._values(given["hidden"]) if self.design.hidden else np.zeros(0, dtype=self._dtype)
+        )
+        hidden = np.split(told, ends[:-1])
         position = list(self._values(given["position"]))
         return self._answer(status, given, position, [self._zero] * len(hidden), hidden)
 

@@ -16,29 +16,29 @@ from servogen.controllers.design import (
 )
 
 
-def contour_inputs(design: ContourLqDesign) -> tuple[Port, Port, Port]:
-    """position, hidden, reference."""
-    reach = max(axis.model.reach for axis in design.axes)
-    axes, hidden = len(design.axes), sum(axis.model.hidden for axis in design.axes)
-    return (
-        Port("position", "m", "of every axis, now", size=axes, low=-reach, high=reach),
+def contour_inputs(design: ContourLqDesign) -> tuple[Port, tuple[Port, ...], Port]:
+    """position, hidden (none where every axis is an integrator alone), reference."""
+    reach, axes = design.reach, len(design.axes)
+    hidden = (
         Port(
             "hidden",
             "1",
             "other states of every axis, axis after axis, in shares of their largest",
-            size=hidden,
+            size=design.hidden,
             low=-HIDDEN_BOUND,
             high=HIDDEN_BOUND,
         ),
-        Port(
-            "reference",
-            "m",
-            "the present point and the N_p ahead of it, the axes of one together",
-            size=axes * (design.preview + 1),
-            low=-reach,
-            high=reach,
-        ),
     )
+    position = Port("position", "m", "of every axis, now", size=axes, low=-reach, high=reach)
+    reference = Port(
+        "reference",
+        "m",
+        "the present point and the N_p ahead of it, the axes of one together",
+        size=axes * (design.preview + 1),
+        low=-reach,
+        high=reach,
+    )
+    return position, hidden if design.hidden else (), reference
 
 
 def contour_outputs(design: ContourLqDesign) -> tuple[Port, ...]:
@@ -144,7 +144,6 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
     named = list(zip(design.names, design.axes, strict=True))
     position, hidden, reference = contour_inputs(design)
     outputs = contour_outputs(design)
-    reach = max(axis.model.reach for axis in design.axes)
     slides = _slides(design)
     return Declaration(
         kind="contour_lq",
@@ -156,14 +155,14 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             Dimension("AXES", len(named), "p"),
             Dimension("PREVIEW", design.preview, "N_p, points ahead"),
             *_form_dimensions(design),
-            Dimension("HIDDEN", hidden.size, "states but the positions, all axes"),
+            Dimension("HIDDEN", design.hidden, "states but the positions, all axes"),
             *(Dimension(f"HIDDEN_{n.upper()}", a.model.hidden, f"of {n}") for n, a in named),
         ),
         constants=(
             Constant("apart", design.apart, "m: points nearer than this make no direction"),
             *_form_constants(design),
             Constant("hidden_bound", HIDDEN_BOUND, "largest hidden state"),
-            Constant("twice_reach", 2.0 * reach, "two positions are not farther apart"),
+            Constant("twice_reach", 2.0 * design.reach, "two positions are not farther apart"),
             *(constant for n, a in named for constant in _axis_constants(n, a)),
         ),
         tables=(
@@ -173,7 +172,7 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
         state=(
             StateField("last", "last usable measurement", "AXES"),
             StateField("ahead", "position expected at the next sample, less that", "AXES"),
-            StateField("hidden", "hidden states expected at it", "HIDDEN"),
+            *(StateField("hidden", "hidden states expected at it", "HIDDEN") for _ in hidden),
             StateField("point", "last distinct point of the contour", "AXES"),
             StateField("direction", "by which it was reached, or zeros", "AXES"),
             StateField("begun", "whether a reference has been taken", type="int32_t"),
@@ -191,12 +190,13 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             Operation(
                 "follow",
                 "One sample with the whole state given, in place of step.",
-                (position, hidden, reference),
+                (position, *hidden, reference),
                 outputs,
             ),
         ),
         facts={
             "slides": slides,
+            "hidden": bool(hidden),
             "tabulated": design.table is not None,
             "names": list(design.names),
         },

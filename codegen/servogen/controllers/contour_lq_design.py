@@ -96,6 +96,16 @@ class ContourLqDesign:
     table: AngleTable | None = None
 
     @property
+    def reach(self) -> float:
+        """Largest magnitude of a position of any axis, m."""
+        return max(axis.model.reach for axis in self.axes)
+
+    @property
+    def hidden(self) -> int:
+        """Number of states but the positions, of all axes."""
+        return sum(axis.model.hidden for axis in self.axes)
+
+    @property
     def count(self) -> int:
         """S, points whose reference may slide; 0 without a weight on the contour error."""
         return slides(self.terminal, self.preview) if self.weights.contour > 0.0 else 0

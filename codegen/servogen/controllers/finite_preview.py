@@ -1,4 +1,4 @@
-"""The finite-preview controller of Tomizuka and Whitney, to compare with: constant gains, no contour.
+"""The finite-preview controller of Tomizuka and Whitney, constant gains, no contour error.
 
 The infinite horizon's Riccati equation gives the feedback; the preview's gains fall off by the
 closed loop's own matrix. What lies beyond the preview goes in through the state wanted at its end.
