@@ -9,7 +9,7 @@ from servogen.plants.machining_centre import machining_centre
 
 
 def velocity_gain(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
-    """m/s per unit: what a constant input adds to the position in a sample, once settled and before the integrator leaks."""
+    """m/s per unit of a constant input, once settled and before the integrator leaks."""
     state = np.zeros(len(b))
     seen = []
     for _ in range(60):
