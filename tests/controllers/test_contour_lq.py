@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servogen.controllers.contour_lq import ContourLq
-from servogen.controllers.contour_table_design import tabulate
+from servogen.controllers.contour_table_design import direction_gains, tabulate
 from servogen.controllers.design import Status, Value
 from servogen.plants.machining_centre import machining_centre
 from servogen.plants.statespace import Discrete
@@ -122,6 +122,90 @@ def test_the_filter_finds_the_state() -> None:
 
 
 STEPS = np.arange(30)
+
+
+def kalman_gain(axis: Discrete) -> np.ndarray:
+    p, gain = np.zeros((axis.order, axis.order)), np.zeros(axis.order)
+    for _ in range(3000):
+        p = axis.a @ p @ axis.a.T + 0.01**2 * np.outer(axis.b, axis.b)
+        gain = p @ axis.c / (axis.c @ p @ axis.c + (0.8e-6) ** 2 / 12.0)
+        p = p - np.outer(gain, axis.c @ p)
+    return gain
+
+
+def test_the_filter_is_kalmans() -> None:
+    """Against the covariance recursion run until it stands, in the identified coordinates, on an
+    axis that something else moves too."""
+    made, axes = ready(ContourLq(of_case("II"))), machining_centre()
+    generator = np.random.default_rng(11)
+    states = [np.zeros(axis.order) for axis in axes]
+    guesses, gains = [x.copy() for x in states], [kalman_gain(axis) for axis in axes]
+    for k in range(60):
+        position = np.round([axis.c @ x / 0.8e-6 for axis, x in zip(axes, states, strict=True)])
+        position = position * 0.8e-6
+        command = np.asarray(step(made, position, AHEAD + 2e-5 * k)[1]["command"])
+        for a, axis in enumerate(axes):
+            guess = guesses[a] + gains[a] * (position[a] - axis.c @ guesses[a])
+            guesses[a] = axis.a @ guess + axis.b * command[a]
+            pushed = command[a] + generator.normal(0.0, 0.5)
+            states[a] = axis.a @ states[a] + axis.b * pushed
+            own, found = made.design.axes[a].model.from_state @ guesses[a], made.filters[a]
+            assert found.last + found.ahead == pytest.approx(own[0], abs=1e-11)
+            assert np.allclose(found.hidden, own[1:], atol=1e-7)
+
+
+def test_tabulated_gains_are_those_of_the_direction() -> None:
+    """On a straight contour those computed on line; at a right corner those of Q_max."""
+    made = of_case("II")
+    table = tabulate(made, 256, 4)
+    turned = AHEAD.reshape(-1, 2).copy()
+    turned[5:] = turned[4] + np.outer(np.arange(1, 7), [-1e-5, 2e-5])
+    off = np.array([3e-6, -4e-6])
+    for path, exact in ((AHEAD.reshape(-1, 2), None), (turned, np.zeros(2))):
+        found = np.asarray(step(ready(ContourLq(table)), off, path.ravel())[1]["command"])
+        if exact is None:
+            wanted = np.asarray(step(ready(ContourLq(made)), off, path.ravel())[1]["command"])
+        else:
+            gains = direction_gains(made, exact)
+            controller = ready(ContourLq(made))
+            for axis, where in zip(controller.filters, off, strict=True):
+                axis.measure(where)
+            given = [
+                np.concatenate([path[1:, a] - f.last - f.ahead, [f.last + f.ahead], f.hidden])
+                for a, f in enumerate(controller.filters)
+            ]
+            wanted = gains @ np.concatenate(given)
+        assert found == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("form", ["on line", "tabulated", "no contour weight", "integrators"])
+def test_what_is_declared_is_what_there_is(form: str) -> None:
+    """No empty table or dimension, one name each, and the reference takes and gives those ports."""
+    made = of_case("I" if form == "no contour weight" else "II", FLOAT32)
+    if form == "tabulated":
+        made = tabulate(made, 16, 4)
+    if form == "integrators":
+        made = design(1.2, 20.0, OUTPUT, precision=FLOAT32, axes=(PLAIN, PLAIN))
+    controller = ready(ContourLq(made))
+    found = controller.declaration
+    named = [*found.tables, *found.constants]
+    assert len({item.name for item in named}) == len(named)
+    assert all(table.values.size for table in found.tables)
+    sizes = {dimension.name: dimension.value for dimension in found.dimensions}
+    assert all(sizes[f.size] > 0 for f in found.state if f.size)
+    assert ("SLIDES" in sizes) == (form in ("on line", "integrators"))
+    for name in ("step", "follow"):
+        ports = found.operation(name)
+        given = {p.name: np.zeros(p.size, dtype=np.float32) for p in ports.inputs}
+        _, out = controller.call(name, given)
+        assert list(out) == [p.name for p in ports.outputs]
+        command = np.asarray(out["command"])
+        assert command.dtype == np.float32
+        assert command.shape == (ports.outputs[0].size,)
+    assert all(axis.hidden.dtype == np.float32 for axis in controller.filters)
+    assert all(isinstance(axis.ahead, np.float32) for axis in controller.filters)
+
+
 CONTOURS = {
     "stop": np.repeat([[0.0, 0.0], [1e-3, 5e-4]], [1, 60], axis=0),
     "repeated": np.repeat(np.outer(np.arange(20), [2e-5, 0.0]), 3, axis=0),
