@@ -12,7 +12,8 @@ from servogen.controllers.design import Status, Value
 from servogen.plants.machining_centre import machining_centre
 from servogen.plants.statespace import Discrete
 from servogen.precision import FLOAT32, FLOAT64, Precision
-from servogen.systems.contour_loop import ContourMotion, circle, run_contour
+from servogen.systems.contour_loop import run_contour
+from servogen.systems.contour_motion import ContourMotion, circle
 
 PLAIN = Discrete(np.array([[1.0]]), np.array([1.1e-5]), np.array([1.0]), 0.0005)
 REST = np.zeros(2)
@@ -188,8 +189,8 @@ def test_what_is_declared_is_what_there_is(form: str) -> None:
         made = design(1.2, 20.0, OUTPUT, precision=FLOAT32, axes=(PLAIN, PLAIN))
     controller = ready(ContourLq(made))
     found = controller.declaration
-    named = [*found.tables, *found.constants]
-    assert len({item.name for item in named}) == len(named)
+    named = [table.name for table in found.tables] + [value.name for value in found.constants]
+    assert len(set(named)) == len(named)
     assert all(table.values.size for table in found.tables)
     sizes = {dimension.name: dimension.value for dimension in found.dimensions}
     assert all(sizes[f.size] > 0 for f in found.state if f.size)

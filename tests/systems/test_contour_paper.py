@@ -20,11 +20,11 @@ from servogen.plants.machining_centre import SAMPLE_TIME_S, machining_centre
 from servogen.precision import FLOAT32
 from servogen.systems.contour_loop import (
     ContourRun,
-    circle,
     moving_state,
     run_contour,
     worst_status,
 )
+from servogen.systems.contour_motion import at_feed, butterfly, circle, traced
 
 RADIUS, FEED = 1e-3, 0.05
 # Samples of a revolution, and those after which what a start leaves is below a nanometre.
@@ -118,3 +118,26 @@ def test_tabulated_gains_do_nearly_as_well() -> None:
     near = errors_um(run(tabulate(made, 64, 4)))
     assert near[1] < 1.1 * errors_um(of("IV"))[1]
     assert errors_um(run(tabulate(made, 64, 1)))[1] > 1.5 * near[1]
+
+
+def test_a_butterfly_is_traced_closer_with_contour_weight() -> None:
+    """4 mm of it, at the circle's feed, past its sharpest bend: as on the circle, II before I."""
+    motion = at_feed(lambda turn: 1e-3 * butterfly(turn), 0.35, FEED, SAMPLE_TIME_S)
+    samples, errors = min(len(motion.points) - 11, 500), {}
+    for name in ("I", "II"):
+        made = of_case(name)
+        found = run_contour(made, ContourLq(made), machining_centre(), motion, samples)
+        assert worst_status(found) is Status.OK
+        errors[name] = found.contour_rms_m(samples - SETTLED), found.tracking_rms_m(samples)
+    assert errors["II"][0] < 0.5 * errors["I"][0]
+    assert errors["II"][1] > errors["I"][1]
+
+
+def test_distances_are_to_the_contour() -> None:
+    """Of pieces of a circle as of the circle, but for what lies between chord and arc."""
+    angle = np.arange(2600) * 0.0025
+    pieces = traced(RADIUS * np.column_stack([np.cos(angle), np.sin(angle)]))
+    assert np.allclose(pieces.points, MOTION.points[: len(pieces.points)])
+    found = of("I")
+    exact = MOTION.distance(found.output[30:230], 30)
+    assert pieces.distance(found.output[30:230], 30) == pytest.approx(exact, abs=1e-9)

@@ -6,7 +6,7 @@ contour, to the nearest one, which a motion tells by its own ``distance``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,31 +16,7 @@ from servogen.controllers.contour_lq_design import ContourLqDesign
 from servogen.controllers.design import Reference, Status
 from servogen.plants.statespace import Discrete
 from servogen.precision import FloatArray, IntArray
-
-
-@dataclass(frozen=True)
-class ContourMotion:
-    """A contour in time.
-
-    points: (K, p) one per sample, m. distance: of positions (J, p) to it, (J,) m.
-    """
-
-    points: FloatArray
-    distance: Callable[[FloatArray], FloatArray]
-
-
-def circle(
-    radius_m: float, feed_m_per_s: float, sample_time_s: float, points: int
-) -> ContourMotion:
-    """About the origin, from (radius, 0) on, anticlockwise."""
-    angle = np.arange(points) * (feed_m_per_s * sample_time_s / radius_m)
-    path = radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
-
-    def distance(positions: FloatArray) -> FloatArray:
-        result: FloatArray = np.abs(np.hypot(positions[:, 0], positions[:, 1]) - radius_m)
-        return result
-
-    return ContourMotion(path, distance)
+from servogen.systems.contour_motion import ContourMotion
 
 
 @dataclass(frozen=True)
@@ -62,7 +38,8 @@ class ContourRun:
 
     def contour_rms_m(self, last: int) -> float:
         """Likewise."""
-        return float(np.sqrt(np.mean(self.motion.distance(self.output[-last:]) ** 2)))
+        first = len(self.output) - last
+        return float(np.sqrt(np.mean(self.motion.distance(self.output[first:], first) ** 2)))
 
 
 def moving_state(axis: Discrete, points: FloatArray) -> FloatArray:
