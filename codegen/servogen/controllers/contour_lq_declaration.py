@@ -1,0 +1,203 @@
+"""What the contour controller declares: names, sizes, tables, ports."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servogen.controllers.contour_lq_design import HIDDEN_BOUND, ContourAxis, ContourLqDesign
+from servogen.controllers.design import (
+    Constant,
+    Declaration,
+    Dimension,
+    Operation,
+    Port,
+    StateField,
+    Table,
+)
+
+
+def contour_inputs(design: ContourLqDesign) -> tuple[Port, tuple[Port, ...], Port]:
+    """position, hidden (none where every axis is an integrator alone), reference."""
+    reach, axes = design.reach, len(design.axes)
+    hidden = (
+        Port(
+            "hidden",
+            "1",
+            "other states of every axis, axis after axis, in shares of their largest",
+            size=design.hidden,
+            low=-HIDDEN_BOUND,
+            high=HIDDEN_BOUND,
+        ),
+    )
+    position = Port("position", "m", "of every axis, now", size=axes, low=-reach, high=reach)
+    reference = Port(
+        "reference",
+        "m",
+        "the present point and the N_p ahead of it, the axes of one together",
+        size=axes * (design.preview + 1),
+        low=-reach,
+        high=reach,
+    )
+    return position, hidden if design.hidden else (), reference
+
+
+def contour_outputs(design: ContourLqDesign) -> tuple[Port, ...]:
+    """command, limited, known."""
+    axes = len(design.axes)
+    most = max(axis.model.input_limit for axis in design.axes)
+    return (
+        Port(
+            "command",
+            "1",
+            "of every axis, in the unit of its input; zero where an input cannot be used",
+            size=axes,
+            low=-most,
+            high=most,
+        ),
+        Port("limited", "1", "axes whose command was cut", integer=True, low=0, high=axes),
+        Port(
+            "known",
+            "1",
+            "points ahead with a direction; without one every error counts as one of contour",
+            integer=True,
+            low=0,
+            high=design.preview,
+        ),
+    )
+
+
+def _law_tables(name: str, axis: ContourAxis, slides: bool) -> tuple[Table, ...]:
+    tables = axis.tables
+    first = Table(f"first_{name}", tables.first, "(d_1..d_N, y, xi) to the first input")
+    if not slides:
+        return (first,)
+    return (
+        first,
+        Table(f"error_{name}", tables.error.T, "the same to errors left, transposed"),
+        Table(f"slide_{name}", tables.slide, "first input per slide"),
+        Table(f"stiffness_{name}", tables.stiffness, "errors left per slide"),
+    )
+
+
+def _axis_tables(name: str, axis: ContourAxis, slides: bool) -> tuple[Table, ...]:
+    model, observer = axis.model, axis.observer
+    hidden = model.a[1:, 1:]
+    seen: tuple[Table, ...] = ()
+    if model.hidden:
+        seen = (
+            Table(f"on_hidden_{name}", hidden.T, "A, hidden to hidden, transposed"),
+            Table(f"hidden_moves_{name}", model.a[0, 1:], "position by the hidden states"),
+            Table(f"hidden_drift_{name}", model.drift[1:], "hidden states by the position"),
+            Table(f"hidden_drive_{name}", model.b[1:], "hidden states by the input"),
+            Table(f"hidden_gain_{name}", observer.on_hidden, "Kalman gain of them"),
+        )
+    return (*_law_tables(name, axis, slides), *seen)
+
+
+def _axis_constants(name: str, axis: ContourAxis) -> tuple[Constant, ...]:
+    model = axis.model
+    return (
+        Constant(f"limit_{name}", model.input_limit, "largest command"),
+        Constant(f"drift_{name}", float(model.drift[0]), "position by the position, less one"),
+        Constant(f"drive_{name}", float(model.b[0]), "position by the input"),
+        Constant(f"gain_{name}", axis.observer.on_position, "Kalman gain of it, less one"),
+    )
+
+
+def _slides(design: ContourLqDesign) -> bool:
+    return design.count > 0 and design.table is None
+
+
+def _form_dimensions(design: ContourLqDesign) -> tuple[Dimension, ...]:
+    if design.table is not None:
+        return (
+            Dimension("ANGLES", design.table.entries, "directions over half a turn"),
+            Dimension("AT", design.table.at, "point ahead whose direction counts"),
+        )
+    if design.count:
+        return (Dimension("SLIDES", design.count, "S, points whose reference may slide"),)
+    return ()
+
+
+def _form_constants(design: ContourLqDesign) -> tuple[Constant, ...]:
+    if design.table is not None:
+        return (Constant("half_angles", 0.5 * design.table.entries, "of them in a quarter turn"),)
+    if design.count:
+        return (
+            Constant("share", design.share, "beta / (alpha + beta)"),
+            Constant("least_price", design.least_price, "alpha / (alpha + beta), below any pivot"),
+        )
+    return ()
+
+
+def _angle_tables(design: ContourLqDesign) -> tuple[Table, ...]:
+    """A direction after the other, in it an input after the other, in it the axes."""
+    if design.table is None:
+        return ()
+    gains = np.swapaxes(design.table.gains, 1, 2)
+    flat = gains.reshape(-1, len(design.axes))
+    return (Table("gains", flat, "(d, y, xi) of all axes to commands, per direction"),)
+
+
+def declare_contour_lq(design: ContourLqDesign) -> Declaration:
+    """Names, sizes, tables and ports; tables of the axis ``a`` end in ``_a``."""
+    named = list(zip(design.names, design.axes, strict=True))
+    position, hidden, reference = contour_inputs(design)
+    outputs = contour_outputs(design)
+    slides = _slides(design)
+    return Declaration(
+        kind="contour_lq",
+        prefix=design.prefix,
+        summary="Receding-horizon LQ contour control (11)-(13), gains computed on line",
+        precision=design.precision,
+        sample_time_s=design.sample_time_s,
+        dimensions=(
+            Dimension("AXES", len(named), "p"),
+            Dimension("PREVIEW", design.preview, "N_p, points ahead"),
+            *_form_dimensions(design),
+            Dimension("HIDDEN", design.hidden, "states but the positions, all axes"),
+            *(Dimension(f"HIDDEN_{n.upper()}", a.model.hidden, f"of {n}") for n, a in named),
+        ),
+        constants=(
+            Constant("apart", design.apart, "m: points nearer than this make no direction"),
+            *_form_constants(design),
+            Constant("hidden_bound", HIDDEN_BOUND, "largest hidden state"),
+            Constant("twice_reach", 2.0 * design.reach, "two positions are not farther apart"),
+            *(constant for n, a in named for constant in _axis_constants(n, a)),
+        ),
+        tables=(
+            *(table for n, a in named for table in _axis_tables(n, a, slides)),
+            *_angle_tables(design),
+        ),
+        state=(
+            StateField("last", "last usable measurement", "AXES"),
+            StateField("ahead", "position expected at the next sample, less that", "AXES"),
+            *(StateField("hidden", "hidden states expected at it", "HIDDEN") for _ in hidden),
+            StateField("point", "last distinct point of the contour", "AXES"),
+            StateField("direction", "by which it was reached, or zeros", "AXES"),
+            StateField("begun", "whether a reference has been taken", type="int32_t"),
+            StateField("ready", "whether reset has been called", type="int32_t"),
+        ),
+        operations=(
+            Operation("reset", "The axes stand at a position.", (position,)),
+            Operation(
+                "step",
+                "One sample by the encoders: estimate, tangents, slides, command; then predict.",
+                (position, reference),
+                outputs,
+                period_s=design.sample_time_s,
+            ),
+            Operation(
+                "follow",
+                "One sample with the whole state given, in place of step.",
+                (position, *hidden, reference),
+                outputs,
+            ),
+        ),
+        facts={
+            "slides": slides,
+            "hidden": bool(hidden),
+            "tabulated": design.table is not None,
+            "names": list(design.names),
+        },
+    )
