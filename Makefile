@@ -90,7 +90,8 @@ certificate: $(STAMP)
 # with all tools. ONLY="coverage misra" runs those checks and the quick ones. What was found out about
 # the same C before is taken from out/seeded.json.
 seeded: $(STAMP)
-	$(BIN)/python -m servogen.steps.plant_faults examples/two_stage/servogen.toml docs/seeded-faults.md out/seeded.json $(ONLY)
+	for project in servogen active_set; do $(BIN)/python -m servogen.steps.plant_faults \
+	  examples/two_stage/$$project.toml docs/seeded-faults.md out/seeded.json $(ONLY) || exit 1; done
 
 # The reports in headless Chromium: every plot drawn, no console error. Judges those of "make run" and
 # "make evidence" where there are any.
