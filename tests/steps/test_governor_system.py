@@ -285,6 +285,8 @@ def test_a_pattern_beyond_the_axis_may_have_a_motion_that_is_not(tmp_path: Path)
          r"the path takes 1\.\d\de\+150 s, expected feeds and units that give at most"),
         (('model = "equal_poles"           ', 'model = "transfer_function"\nnumerator = [1]\n'
           "denominator = [1, 3, -3, 1]  "), r"machine\.x\.slow\."),
+        (("acceleration_limit_m_per_s2 = 10.0", "acceleration_limit_m_per_s2 = 1e-12"),
+         r"machine\.x\.slow, expected a linear program that solves"),
     ],
 )  # fmt: skip
 def test_what_a_design_refuses_is_told_with_its_key(
@@ -293,6 +295,13 @@ def test_what_a_design_refuses_is_told_with_its_key(
     with pytest.raises(InputError, match=told) as caught:
         prepare_governor(small_project(tmp_path, change), Silent())
     assert "\n" not in str(caught.value)
+
+
+def test_a_stage_that_settles_within_a_period_is_judged_too(tmp_path: Path) -> None:
+    """Nothing of the stroke is left for what a plan's end leaves open."""
+    quick = ("pole_rad_per_s = 20.0", "pole_rad_per_s = 50000.0")
+    system = prepare_governor(small_project(tmp_path, quick), Silent())
+    assert system.design.axes[0].program.settle_m == 0.0
 
 
 def test_the_margin_keeps_the_stroke_between_the_samples(tmp_path: Path) -> None:
