@@ -54,9 +54,14 @@ def test_drivers_call_every_entry_point_with_every_input(v):
                 assert f"({values[0]}, {values[1]});" in body
             for port in op.outputs:
                 low, high = ends(port, d.precision)
+                out = f"out.{port.name}{'[i]' if port.size else ''}"
+                if low == "-SG_REAL_MAX" and d.precision.name == "float64":
+                    # as a real number the literal is less than the greatest double
+                    assert f"\\is_finite({out});" in body
+                    continue
                 if "." in str(low) and d.precision.name == "float64":
                     low, high = f"{low}d", f"{high}d"
-                assert f"{low} <= out.{port.name}{'[i]' if port.size else ''} <= {high};" in body
+                assert f"{low} <= {out} <= {high};" in body
 
 
 @pytest.mark.parametrize("v", [SMALL, BARE], ids=lambda v: v.prefix)

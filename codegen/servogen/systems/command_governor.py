@@ -165,7 +165,7 @@ def governor_design(
         prefix = f"{name}_axis" if machine.alike else f"{name}_{key}"
         try:
             axes.append(design_axis_governor(prefix, target, slow, admissible, settings))
-        except DesignError as error:
+        except (DesignError, SetError) as error:
             raise _fault(project, key, error) from error
         if machine.alike:
             axes.append(axes[0])

@@ -208,7 +208,9 @@ def _ahead(machine: GovernorMachine) -> Iterator[Setting]:
     told = "all that a plan can use"
     if own < most:
         yield Setting(f"{own} points, the project's")
-        yield Setting(f"{most} points, {told}", partial(_governed, machine, {"points_ahead": "all"}))
+        yield Setting(
+            f"{most} points, {told}", partial(_governed, machine, {"points_ahead": "all"})
+        )
     else:
         yield Setting(f"{most} points, {told}")
 
