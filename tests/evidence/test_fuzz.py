@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import shutil
 
 import pytest
 from core_designs import Variant, design, package
+from heavy_tools import needs_clang
 from small_bench import changed, subject
 
 from servogen.controllers.cascade_design import declare_parts
@@ -118,7 +118,7 @@ def test_an_absurd_number_of_points_is_no_overflow(tmp_path):
     assert faults == []
 
 
-@pytest.mark.skipif(shutil.which("clang") is None, reason="no clang here; make fuzz needs it")
+@needs_clang
 def test_libfuzzer_runs_every_target_and_keeps_what_is_new(monkeypatch, tmp_path):
     fuzz.require_libfuzzer()
     monkeypatch.setenv("FUZZ_SECONDS", "1")

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pytest
 from core_designs import Variant, design, package, temporary_folder
+from heavy_tools import needs_framac
 from small_bench import bench, changed, subject
 
 from servogen.controllers.cascade_design import declare_parts
@@ -28,9 +29,6 @@ SMALL = Variant("eva", horizon=3, points=8, ramp=2, cap=12)
 BARE = Variant("eva0", horizon=0, points=5, ramp=0, precision="float32")
 TINY = Variant("eva", horizon=2, points=4, ramp=0, cap=12)
 DOUBLE = Variant("eva0", horizon=0, points=5, ramp=0)
-needs_framac = pytest.mark.skipif(
-    shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
-)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic")
 
 
