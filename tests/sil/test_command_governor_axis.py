@@ -175,6 +175,10 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "core_move(self, plan);\n    core_accept",
         "sg_copy(CORE_VARIABLES, self->plan, plan);\n    core_accept",
     ),
+    "foreseen before a reset": swap(
+        "if (self->ready == 0) {\n        status = SG_NOT_READY;", "if (self->ready == 0) {"
+    ),
+    "no command before a reset": swap("(self->ready == 0) ? core_centre : ", ""),
     "the references are always kept": swap("(excess > core_tolerance) ? 0 : 1", "1"),
 }  # fmt: skip
 

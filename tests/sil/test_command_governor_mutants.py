@@ -46,30 +46,48 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "the point after those machined": swap(
         "const int32_t ahead = end;", "const int32_t ahead = begin;"
     ),
-    "the end of the path": swap("(ahead < in->n_points) ? (ahead + 1) : ahead", "ahead"),
+    "the end of the path": swap("(ahead < seen->count) ? (ahead + 1) : ahead", "ahead"),
     "taken where it waits": swap("taken = 0; /*", "/*"),
-    "a plan that failed is kept": swap(
-        "core_forget(self);\n    } else {\n        SG", "} else {\n        SG"
+    "a plan that failed is kept": swap("core_forget(self);\n        self->lost", "self->lost"),
+    "the tool waits for ever": swap("self->lost = 1;", ""),
+    "it waits although they are back": swap("1 - core_back(self, in)", "1"),
+    "back at once": swap("1 - core_back(self, in)", "0"),
+    "back in y is enough": swap("box.least_x = self->least_x[i];", "box.least_x = self->last_x;"),
+    "back in the first interval": swap("back = 0;", "back = (i == 0) ? 0 : back;"),
+    "the stroke holds on the way back": swap("sg_fill(CORE_INTERVALS, -far, ask->low);", ""),
+    "points on the way back": swap(
+        "core_wait(self, 0, CORE_VARIABLES, 0);", "core_plan(self, in, seen->count);"
     ),
+    "the way back is no plan": swap("status = sg_worse(status, SG_INFEASIBLE);", ""),
+    "lost outlives a reset": swap(
+        "self->lost = 0;\n    self->ready = (status", "self->ready = (status"
+    ),
+    "points that are no use": swap("(status == SG_OK) ? sg_bound_count", "1 ? sg_bound_count"),
+    "the model goes before the measurement": swap(
+        "(status == SG_OK) ? in->y_velocity", "(status != SG_OK) ? in->y_velocity"
+    ),
+    "one axis' model": swap(": self->y.predicted[0]", ": self->x.predicted[0]"),
+    "what is no use is told of one axis": swap("out->status_y = (int32_t)status;\n        }", "}"),
+    "standing in x is enough": swap("stands *= core_near(CORE_VARIABLES, self->y.plan", "stands = core_near(CORE_VARIABLES, self->x.plan"),
+    "where it is does not matter": swap("stands *= core_near(1, seen->x", "(void)core_near(1, seen->x"),
+    "nor where it will be": swap("stands *= core_near(1, self->x.predicted", "(void)core_near(1, self->x.predicted"),
+    "nor below": swap("if (at[i] < (rest - standing)) {\n            near = 0;", "if (at[i] < (rest - standing)) {\n            near = 1;"),
+    "nor above": swap("if (at[i] > (rest + standing)) {\n            near = 0;", "if (at[i] > (rest + standing)) {\n            near = 1;"),
+    "points in a later period are none": swap("(self->indices[CORE_INTERVALS - 1] == 0)", "(self->indices[1] == 0)"),
     "planned is counted from before": swap(
         "core_index(self, next) - taken", "core_index(self, next)"
     ),
     "planned does not move": swap("core_index(self, next) - taken", "core_index(self, i) - taken"),
-    "never finished": swap("? SG_FINISHED : SG_OK", "? SG_OK : SG_OK"),
-    "always finished": swap("(in->n_points == 0)", "(in->n_points >= 0)"),
+    "never finished": swap("status = SG_FINISHED;", "status = SG_OK;"),
+    "always finished": swap("(seen->count == 0)", "(seen->count >= 0)"),
     "y decides nothing": swap(
-        "status = sg_worse(status, core_govern_y(self, in, out));",
-        "(void)core_govern_y(self, in, out);",
+        "status = sg_worse(status, core_govern_y(self, in, seen, out));",
+        "(void)core_govern_y(self, in, seen, out);",
     ),
     "the tool's place": swap("in->points_y, taken);", "in->points_x, taken);"),
-    "held plans keep their points": swap(
-        "core_hold_y(self, status, out);\n        core_forget(self);",
-        "core_hold_y(self, status, out);",
-    ),
-    "one axis goes on": swap("core_hold_y(self, status, out);", ""),
     "one axis is ready": swap("status = sg_worse(status, status_x);", ""),
     "planned beyond the window": swap(
-        "? self->planned[i] : in->n_points;", "? self->planned[i] : self->planned[i];"
+        "? self->planned[i] : seen->count;", "? self->planned[i] : self->planned[i];"
     ),
 }
 

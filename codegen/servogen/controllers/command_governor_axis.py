@@ -29,6 +29,7 @@ class AxisGovernor:
         self._bound = cast(state_bounds(design.plant.order, design.reach), p)
         self._start_scale = cast(1.0 / program.state_scale, p)
         self._limit, self._moves = cast(program.limit, p), cast(program.position, p)
+        self.centre = self._real(program.centre_m)
         self._settle = cast(program.settle, p)
         self._scale = self._real(1.0 / program.scale_m)
         self.state_ports = self.declaration.operation("predict").inputs
@@ -50,8 +51,6 @@ class AxisGovernor:
                 usable = status is Status.OK
                 reach = self.foresee(self._state(given) if usable else self.predicted)
                 return status, {"least": reach.least, "greatest": reach.greatest}
-            case "hold":
-                return Status.OK, {"command": self.hold()}
             case "predict":
                 status = self._check(operation, given)
                 usable = status is Status.OK
@@ -62,6 +61,8 @@ class AxisGovernor:
         raise KeyError(operation)
 
     def _check(self, operation: str, inputs: Mapping[str, Value]) -> Status:
+        if not self.ready:
+            return Status.NOT_READY
         ports = self.declaration.operation(operation).inputs
         return max(check_port(port, inputs[port.name], self.design.precision) for port in ports)
 
@@ -70,7 +71,7 @@ class AxisGovernor:
 
     def _checked_step(self, inputs: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
-            return Status.NOT_READY, {"command": self.plan[0], "iterations": 0}
+            return Status.NOT_READY, {"command": self.centre, "iterations": 0}
         status = self._check("step", inputs)
         if status is not Status.OK:
             return status, {"command": self.hold(), "iterations": 0}
@@ -85,7 +86,7 @@ class AxisGovernor:
         port = self.declaration.operation("reset").inputs[0]
         status = check_port(port, position, self.design.precision)
         self.ready = status is Status.OK
-        where = self._real(position) if self.ready else self._real(0.0)
+        where = self._real(position) if self.ready else self.centre
         self.plan = np.full_like(self.plan, where)
         self.predicted = np.zeros_like(self.predicted)
         self.predicted[0] = where

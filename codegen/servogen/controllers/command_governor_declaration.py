@@ -143,12 +143,6 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
                 outputs=(command, iterations),
             ),
             Operation(
-                "hold",
-                "No usable measurement: the moved plan.",
-                outputs=(command,),
-                returns_status=False,
-            ),
-            Operation(
                 "predict",
                 "State at the next sample, under the command of this period.",
                 inputs=state,
@@ -224,6 +218,14 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 Constant(f"limit_{axis}", part.reach.position_m * POSITION_FACTOR, "m: of points")
                 for axis, part in both
             ),
+            *(
+                Constant(f"centre_{axis}", part.program.centre_m, f"m: middle of the range of {axis}")
+                for axis, part in both
+            ),
+            *(
+                Constant(f"standing_{axis}", part.standing_m, f"m: so near is at rest, {axis}")
+                for axis, part in both
+            ),
         ),
         tables=(),
         state=(
@@ -249,6 +251,7 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                     ("greatest_on", "from one on"),
                 )
             ),
+            StateField("lost", "1 where the tool waits for the stages to come back", type="int32_t"),
             StateField("ready", "1 after a successful reset", type="int32_t"),
         ),
         operations=(
@@ -273,7 +276,10 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         facts={
             "after": design.after,
             "axes": {axis: part.prefix for axis, part in both},
-            "checked": (*states, *(port for port in window if not port.size)),
+            "measured": {
+                axis: state_ports(f"{axis}_", n, part.reach) for axis, part in both
+            },
+            "checked": tuple(port for port in window if not port.size),
         },
     )
 

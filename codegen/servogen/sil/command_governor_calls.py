@@ -63,8 +63,6 @@ def axis_governor_calls(
         step = {**inputs, "reference": np.clip(ahead, -far, far), "low": low, "high": high}
         _spoil(own.declaration.operation("step").inputs, step, rng)
         yield _made(own, Call("step", step))
-        if rng.random() < 0.05:
-            yield _made(own, Call("hold"))
         if rng.random() < 0.1:
             yield _made(own, Call("predict", inputs))
 
