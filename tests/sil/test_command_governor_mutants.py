@@ -55,9 +55,10 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "back in y is enough": swap("box.least_x = self->least_x[i];", "box.least_x = self->last_x;"),
     "back in the first interval": swap("back = 0;", "back = (i == 0) ? 0 : back;"),
     "the stroke holds on the way back": swap("sg_fill(CORE_INTERVALS, -far, ask->low);", ""),
-    "points on the way back": swap(
-        "core_wait(self, 0, CORE_VARIABLES, 0);", "core_plan(self, in, seen->count);"
+    "the way back leads to the next point": swap(
+        "sg_fill(CORE_VARIABLES, self->home_x, ask->reference);", ""
     ),
+    "the way back leads to another axis": swap("in->slow_y, taken)", "in->slow_x, taken)"),
     "the way back is no plan": swap("status = sg_worse(status, SG_INFEASIBLE);", ""),
     "lost outlives a reset": swap(
         "self->lost = 0;\n    self->ready = (status", "self->ready = (status"
@@ -68,12 +69,24 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     ),
     "one axis' model": swap(": self->y.predicted[0]", ": self->x.predicted[0]"),
     "what is no use is told of one axis": swap("out->status_y = (int32_t)status;\n        }", "}"),
-    "standing in x is enough": swap("stands *= core_near(CORE_VARIABLES, self->y.plan", "stands = core_near(CORE_VARIABLES, self->x.plan"),
-    "where it is does not matter": swap("stands *= core_near(1, seen->x", "(void)core_near(1, seen->x"),
-    "nor where it will be": swap("stands *= core_near(1, self->x.predicted", "(void)core_near(1, self->x.predicted"),
-    "nor below": swap("if (at[i] < (rest - standing)) {\n            near = 0;", "if (at[i] < (rest - standing)) {\n            near = 1;"),
-    "nor above": swap("if (at[i] > (rest + standing)) {\n            near = 0;", "if (at[i] > (rest + standing)) {\n            near = 1;"),
-    "points in a later period are none": swap("(self->indices[CORE_INTERVALS - 1] == 0)", "(self->indices[1] == 0)"),
+    "standing in x is enough": swap(
+        "stands *= core_near(CORE_VARIABLES, self->y.plan",
+        "stands = core_near(CORE_VARIABLES, self->x.plan",
+    ),
+    "where it is does not matter": swap(
+        "stands *= core_near(1, seen->x", "(void)core_near(1, seen->x"
+    ),
+    "nor where it will be": swap(
+        "stands *= core_near(1, self->x.predicted", "(void)core_near(1, self->x.predicted"
+    ),
+    "nor below": swap(
+        "if (at[i] < (rest - standing)) {\n            near = 0;",
+        "if (at[i] < (rest - standing)) {\n            near = 1;",
+    ),
+    "nor above": swap(
+        "if (at[i] > (rest + standing)) {\n            near = 0;",
+        "if (at[i] > (rest + standing)) {\n            near = 1;",
+    ),
     "planned is counted from before": swap(
         "core_index(self, next) - taken", "core_index(self, next)"
     ),
@@ -119,10 +132,10 @@ def mutants() -> Any:
 @cache
 def calls() -> list[Call]:
     design = renamed(0)
-    some = list(command_governor_calls(design, np.random.default_rng(8), 200))
+    some = list(command_governor_calls(design, np.random.default_rng(8), 600))
     # measurements that fail in the middle of a motion
     some += command_governor_calls(design, np.random.default_rng(9), 400, bad=0.3)
-    return [*some, *edge_calls(CommandGovernor(design).declaration)]
+    return [*edge_calls(CommandGovernor(design).declaration), *some]
 
 
 def found(number: int) -> str:

@@ -26,6 +26,7 @@ class CommandGovernor:
         self._real = design.precision.dtype.type
         self.planned = np.zeros(design.axes[0].intervals, dtype=np.int64)
         self.last = np.zeros(2, dtype=self._real)
+        self.home = self.last.copy()  # its reference
         self.lost = False
 
     def call(
@@ -45,6 +46,7 @@ class CommandGovernor:
         status = max(axis.reset(p) for axis, p in zip(self.axes, position, strict=True))
         self.planned[:] = 0
         self.last = np.array([axis.plan[0] for axis in self.axes])
+        self.home = self.last.copy()
         self.lost = False
         return status
 
@@ -101,12 +103,9 @@ class CommandGovernor:
         reach = [axis.foresee(state) for axis, state in zip(self.axes, states, strict=True)]
         planned = np.minimum(self.planned, points[0].size)
         self.lost = self.lost and not self._back(reach)
-        if self.lost:
-            indices = np.zeros_like(planned)
-        else:
-            indices = predicted_indices(
-                (own[0], own[1]), (reach[0], reach[1]), planned, self.design.points
-            )
+        indices = predicted_indices(
+            (own[0], own[1]), (reach[0], reach[1]), planned, self.design.points
+        )
         rest = [axis.plan[-1] for axis in self.axes]
         found, iterations = [], []
         for i, axis in enumerate(self.axes):
@@ -115,6 +114,7 @@ class CommandGovernor:
             if self.lost:
                 far = self._far(axis.design) + self._real(axis.design.program.stroke_m)
                 low, high = np.full_like(low, -far), np.full_like(high, far)
+                reference = np.full_like(reference, self.home[i])
             status, count = axis.step(states[i], reference.astype(self._real), low, high)
             found.append(status)
             iterations.append(count)
@@ -128,6 +128,8 @@ class CommandGovernor:
         else:
             self.planned = np.append(indices[1:], indices[-1]) - taken
         self.last = np.array([path[taken] for path in own])
+        if taken:
+            self.home = np.array([part[taken - 1] for part in slow]).astype(self._real)
         if status is Status.OK and points[0].size == 0:
             status = Status.FINISHED
         elif status is Status.OK and indices[-1] == 0 and self._stands(states, rest):

@@ -219,7 +219,9 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 for axis, part in both
             ),
             *(
-                Constant(f"centre_{axis}", part.program.centre_m, f"m: middle of the range of {axis}")
+                Constant(
+                    f"centre_{axis}", part.program.centre_m, f"m: middle of the range of {axis}"
+                )
                 for axis, part in both
             ),
             *(
@@ -230,6 +232,7 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         tables=(),
         state=(
             *(StateField(f"last_{axis}", "the last point machined, m") for axis in AXES),
+            *(StateField(f"home_{axis}", "its reference, m") for axis in AXES),
             StateField(
                 "planned", "points machined at the start of an interval", "INTERVALS", "int32_t"
             ),
@@ -251,7 +254,9 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                     ("greatest_on", "from one on"),
                 )
             ),
-            StateField("lost", "1 where the tool waits for the stages to come back", type="int32_t"),
+            StateField(
+                "lost", "1 where the tool waits for the stages to come back", type="int32_t"
+            ),
             StateField("ready", "1 after a successful reset", type="int32_t"),
         ),
         operations=(
@@ -276,9 +281,7 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         facts={
             "after": design.after,
             "axes": {axis: part.prefix for axis, part in both},
-            "measured": {
-                axis: state_ports(f"{axis}_", n, part.reach) for axis, part in both
-            },
+            "measured": {axis: state_ports(f"{axis}_", n, part.reach) for axis, part in both},
             "checked": tuple(port for port in window if not port.size),
         },
     )
