@@ -84,7 +84,7 @@ class AxisGovernorDesign:
 
     @property
     def standing_m(self) -> float:
-        """A stage is at rest that is so near to the end of its plan: what the rows take for settled."""
+        """So near to the end of its plan a stage is at rest: what the rows take for settled."""
         return SETTLED * self.program.stroke_m
 
     @property
