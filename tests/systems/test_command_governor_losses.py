@@ -135,17 +135,19 @@ def test_what_the_c_does_meanwhile_is_what_the_reference_does(
 
 
 @pytest.mark.parametrize("path", PATHS)
-def test_a_stage_that_was_thrown_away_comes_back_to_the_tool(
-    in_c: CompiledController, path: str
+@pytest.mark.parametrize("first", [3, 5, 9])
+def test_a_stage_that_is_not_where_it_was_planned_comes_back_to_the_tool(
+    in_c: CompiledController, path: str, first: int
 ) -> None:
-    """By more than the stroke: INFEASIBLE until the tool is in reach for ever, then on."""
+    """A measurement beyond the stroke for 20 periods: the moved plan runs to its end, away from the
+    tool. INFEASIBLE until that is in reach for ever, then on."""
     points, reference = PATHS[path]
 
     class Thrown(Losing):
         def spoil(self, given: dict[str, Value]) -> None:
             given["x_position"] = float(np.asarray(given["x_position"])) + 0.03
 
-    thrown = Thrown(in_c, "", 3, 2)
+    thrown = Thrown(in_c, "", first, 20)
     assert run_governed(DESIGN, STAGES, points, reference, thrown).complete
     lost = np.flatnonzero(np.array(thrown.told) == Status.INFEASIBLE)
     assert lost.size >= 2
