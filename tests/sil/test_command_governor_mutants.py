@@ -70,27 +70,12 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "one axis' model": swap(": self->y.predicted[0]", ": self->x.predicted[0]"),
     "what is no use is told of one axis": swap("out->status_y = (int32_t)status;\n        }", "}"),
     "standing in x is enough": swap(
-        "stands *= core_near(CORE_VARIABLES, self->y.plan",
-        "stands = core_near(CORE_VARIABLES, self->x.plan",
+        "*standing = 0;\n    }\n    return status;", "*standing = 1;\n    }\n    return status;"
     ),
-    "where it is does not matter": swap(
-        "stands *= core_near(1, seen->x", "(void)core_near(1, seen->x"
+    "nobody ever stands": swap("int32_t standing = 1;", "int32_t standing = 0;"),
+    "standing while points are planned": swap(
+        "(self->indices[CORE_INTERVALS - 1] == 0)", "(taken == 0)"
     ),
-    "nor where it will be": swap(
-        "stands *= core_near(1, self->x.predicted", "(void)core_near(1, self->x.predicted"
-    ),
-    "nor below": swap(
-        "if (at[i] < (rest - standing)) {\n            near = 0;",
-        "if (at[i] < (rest - standing)) {\n            near = 1;",
-    ),
-    "nor above": swap(
-        "if (at[i] > (rest + standing)) {\n            near = 0;",
-        "if (at[i] > (rest + standing)) {\n            near = 1;",
-    ),
-    "planned is counted from before": swap(
-        "core_index(self, next) - taken", "core_index(self, next)"
-    ),
-    "planned does not move": swap("core_index(self, next) - taken", "core_index(self, i) - taken"),
     "never finished": swap("status = SG_FINISHED;", "status = SG_OK;"),
     "always finished": swap("(seen->count == 0)", "(seen->count >= 0)"),
     "y decides nothing": swap(

@@ -106,7 +106,6 @@ class CommandGovernor:
         indices = predicted_indices(
             (own[0], own[1]), (reach[0], reach[1]), planned, self.design.points
         )
-        rest = [axis.plan[-1] for axis in self.axes]
         found, iterations = [], []
         for i, axis in enumerate(self.axes):
             reference = self._reference(np.append(self.last[i], slow[i]), indices)
@@ -132,7 +131,7 @@ class CommandGovernor:
             self.home = np.array([part[taken - 1] for part in slow]).astype(self._real)
         if status is Status.OK and points[0].size == 0:
             status = Status.FINISHED
-        elif status is Status.OK and indices[-1] == 0 and self._stands(states, rest):
+        elif status is Status.OK and indices[-1] == 0 and all(a.standing for a in self.axes):
             status = Status.UNREACHABLE
         return status, self._outputs(taken, found, iterations)
 
@@ -142,15 +141,6 @@ class CommandGovernor:
             bool(np.all((axis.least <= last) & (last <= axis.greatest)))
             for axis, last in zip(reach, self.last, strict=True)
         )
-
-    def _stands(self, states: list[FloatArray], rest: list[np.floating]) -> bool:
-        """Whether both stages are at the end of their plans and the new ones leave them there."""
-        for axis, state, at in zip(self.axes, states, rest, strict=True):
-            near = self._real(axis.design.standing_m)
-            all_of_it = np.concatenate([axis.plan, axis.predicted[:1], state[:1]])
-            if not np.all((all_of_it >= at - near) & (all_of_it <= at + near)):
-                return False
-        return True
 
     def _far(self, design: AxisGovernorDesign) -> np.floating:
         """No point is farther from zero, m."""

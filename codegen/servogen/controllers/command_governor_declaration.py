@@ -65,6 +65,9 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
     iterations = Port(
         "iterations", "1", "0: none needed", integer=True, low=0, high=design.solver.cap
     )
+    standing = Port(
+        "standing", "1", "1: at the end of its plan, which stays", integer=True, low=0, high=1
+    )
     scratch = (
         ("relative", "VARIABLES"),
         ("start", "STATES"),
@@ -97,6 +100,7 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
             Constant("in_reach", design.in_reach, "share of it in which a point is in reach"),
             Constant("farthest", design.farthest, "shares: no two positions are so far apart"),
             Constant("settle", float(program.settle[-1]), "share by which it is shorter for rho"),
+            Constant("standing", design.standing_m, "m: so near to a place is at it"),
             Constant("command_limit", far, "m: no command beyond it"),
             Constant("margin", tol.margin, "the bounds are drawn in by this share"),
             Constant("tolerance", tol.accept, "violation of the drawn-in bounds accepted"),
@@ -140,7 +144,7 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
                     reference,
                     *_interval_ports(design, ("low", "high"), "position of an interval"),
                 ),
-                outputs=(command, iterations),
+                outputs=(command, iterations, standing),
             ),
             Operation(
                 "predict",
@@ -222,10 +226,6 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 Constant(
                     f"centre_{axis}", part.program.centre_m, f"m: middle of the range of {axis}"
                 )
-                for axis, part in both
-            ),
-            *(
-                Constant(f"standing_{axis}", part.standing_m, f"m: so near is at rest, {axis}")
                 for axis, part in both
             ),
         ),

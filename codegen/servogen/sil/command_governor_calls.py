@@ -22,8 +22,9 @@ _BAD, _PUSHED = 0.06, 0.15
 _APART = 0.25
 # Of an axis' calls, those whose points leave it next to no room.
 _SLIT = 0.1
-# Calls between two resets, and of the windows that are whole and those that are cut short.
-_RUN = 25
+# Calls between two resets, of an axis and of both, and of the windows that are whole and those that
+# are cut short.
+_RUN, _PATH = 25, 50
 _SEEN = (0.8, 0.2)
 
 
@@ -80,7 +81,7 @@ def command_governor_calls(
     path: FloatArray = np.zeros((0, 2))
     first, ended, apart = 0, 0, False
     for index in range(count):
-        if index % (2 * _RUN) == 0 or ended > 1:
+        if index % _PATH == 0 or ended > 1:
             path, first, ended = _figures(design, rng), 0, 0
             apart = rng.random() < _APART
             if apart:
