@@ -73,14 +73,13 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "*standing = 0;\n    }\n    return status;", "*standing = 1;\n    }\n    return status;"
     ),
     "nobody ever stands": swap("int32_t standing = 1;", "int32_t standing = 0;"),
-    "standing while points are planned": swap(
         "(self->indices[CORE_INTERVALS - 1] == 0)", "(taken == 0)"
     ),
     "never finished": swap("status = SG_FINISHED;", "status = SG_OK;"),
     "always finished": swap("(seen->count == 0)", "(seen->count >= 0)"),
     "y decides nothing": swap(
-        "status = sg_worse(status, core_govern_y(self, in, seen, out));",
-        "(void)core_govern_y(self, in, seen, out);",
+        "status = sg_worse(status, core_govern_y(self, in, seen, out, &standing));",
+        "(void)core_govern_y(self, in, seen, out, &standing);",
     ),
     "the tool's place": swap("in->points_y, taken);", "in->points_x, taken);"),
     "one axis is ready": swap("status = sg_worse(status, status_x);", ""),
