@@ -179,8 +179,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "if (self->ready == 0) {\n        status = SG_NOT_READY;", "if (self->ready == 0) {"
     ),
     "no command before a reset": swap("(self->ready == 0) ? core_centre : ", ""),
-    "where it is does not matter": swap("= core_near(position, rest);", "= core_near(rest, rest);"),
-    "nor where it will be": swap("stands *= core_near(self->predicted[0], rest);", ""),
+    "where it will be does not matter": swap("stands *= core_near(self->predicted[0], rest);", ""),
     "nor where it is sent": swap("stands *= core_near(self->plan[i], rest);", ""),
     "below is near": swap("where < (rest - core_standing)", "where < (rest - core_farthest)"),
     "above is near": swap("where > (rest + core_standing)", "where > (rest + core_farthest)"),

@@ -73,8 +73,6 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "*standing = 0;\n    }\n    return status;", "*standing = 1;\n    }\n    return status;"
     ),
     "nobody ever stands": swap("int32_t standing = 1;", "int32_t standing = 0;"),
-        "(self->indices[CORE_INTERVALS - 1] == 0)", "(taken == 0)"
-    ),
     "never finished": swap("status = SG_FINISHED;", "status = SG_OK;"),
     "always finished": swap("(seen->count == 0)", "(seen->count >= 0)"),
     "y decides nothing": swap(

@@ -74,7 +74,7 @@ def test_statuses_from_before_the_reset_to_the_end_of_the_path(name: str) -> Non
     own, controller = design(name), in_c(name)
     real, window = own.precision.dtype.type, own.window
     status, out = controller.call("step", resting(name, 0.1))
-    assert (status, out["points_taken"], out["command_x"]) == (Status.NOT_READY, 0, 0.125)
+    assert (status, out["points_taken"], out["command_x"]) == (Status.NOT_READY, 0, 0.0)
     assert out["status_x"] == out["status_y"] == int(Status.NOT_READY)
     start = {"position_x": 0.1, "position_y": 9.0}
     assert controller.call("reset", start)[0] is Status.OUT_OF_RANGE

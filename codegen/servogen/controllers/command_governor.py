@@ -167,8 +167,7 @@ class CommandGovernor:
     def _outputs(self, taken: int, status: list[Status], iterations: list[int]) -> dict[str, Value]:
         outputs: dict[str, Value] = {"points_taken": taken}
         for i, name in enumerate(AXES):
-            axis = self.axes[i]
-            outputs[f"command_{name}"] = axis.plan[0] if axis.ready else axis.centre
+            outputs[f"command_{name}"] = self.axes[i].plan[0]
             outputs[f"status_{name}"] = int(status[i])
             outputs[f"iterations_{name}"] = iterations[i]
         return outputs
