@@ -66,6 +66,8 @@ def axis_governor_calls(
         step = {**inputs, "reference": np.clip(ahead, -far, far), "low": low, "high": high}
         _spoil(own.declaration.operation("step").inputs, step, rng)
         yield _made(own, Call("step", step))
+        if rng.random() < 0.05:  # a period without a measurement
+            yield _made(own, Call("step", {**step, names[0]: np.nan}))
         if rng.random() < 0.1:
             yield _made(own, Call("predict", inputs))
 
@@ -79,7 +81,7 @@ def command_governor_calls(
     names = [port.name for port in own.declaration.operation("step").inputs]
     n = design.axes[0].plant.order
     path: FloatArray = np.zeros((0, 2))
-    first, ended, apart, held = 0, 0, False, False
+    first, ended, apart = 0, 0, False
     for index in range(count):
         if index % _PATH == 0 or ended > 1:
             path, first, ended = _figures(design, rng), 0, 0
@@ -97,8 +99,6 @@ def command_governor_calls(
             state = (_nudged if apart else _measured)(axis, predicted, rng)
             inputs |= dict(zip(names[i * n : (i + 1) * n], state.tolist(), strict=True))
             part = path[first + 1 : first + 1 + seen, i]
-            if held:  # nothing is planned, and the tool is told to stay
-                part = np.full(seen, path[first, i])
             away = 0.0 if apart else rng.uniform(-0.5, 0.5)
             slow = part + axis.program.stroke_m * away
             for name, values in (("points", part), ("slow", slow)):
@@ -108,7 +108,6 @@ def command_governor_calls(
         _spoil(own.declaration.operation("step").inputs, inputs, rng, bad)
         status, out = own.call("step", inputs)
         first += int(np.asarray(out["points_taken"]))
-        held = status in (Status.NOT_FINITE, Status.OUT_OF_RANGE)
         ended += status is Status.FINISHED and left == 0
         yield Call("step", inputs)
         if rng.random() < 0.1:
