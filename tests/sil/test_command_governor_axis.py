@@ -208,7 +208,7 @@ def mutants() -> Any:
 @cache
 def calls() -> list[Call]:
     design = axis(renamed(0))
-    some = list(axis_governor_calls(design, np.random.default_rng(11), 400))
+    some = list(axis_governor_calls(design, np.random.default_rng(7), 300))
     return [*edge_calls(declare_axis_governor(design)), *some]
 
 

@@ -32,8 +32,8 @@ def governor_suite(
     count: int,
 ) -> Iterator[Scenario]:
     """Edges and random calls for every controller: ``count`` steps of a streamed motion, as many
-    of each axis alone and twice as many of both where they have few variables, else a quarter and as
-    many. The same seed gives the same scenarios."""
+    of each axis alone and twice as many of both where they have few variables, else a quarter
+    and as many. The same seed gives the same scenarios."""
     few = design.axes[0].program.variables <= FEW_VARIABLES
     axis_share, both_share = (1, 1) if few else (AXIS_SHARE, BOTH_SHARE)
     for number, motion in enumerate(motions):
