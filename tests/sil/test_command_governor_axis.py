@@ -175,6 +175,14 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "core_move(self, plan);\n    core_accept",
         "sg_copy(CORE_VARIABLES, self->plan, plan);\n    core_accept",
     ),
+    "foreseen before a reset": swap(
+        "if (self->ready == 0) {\n        status = SG_NOT_READY;", "if (self->ready == 0) {"
+    ),
+    "no command before a reset": swap("(self->ready == 0) ? core_centre : ", ""),
+    "where it will be does not matter": swap("stands *= core_near(self->predicted[0], rest);", ""),
+    "nor where it is sent": swap("stands *= core_near(self->plan[i], rest);", ""),
+    "below is near": swap("where < (rest - core_standing)", "where < (rest - core_farthest)"),
+    "above is near": swap("where > (rest + core_standing)", "where > (rest + core_farthest)"),
     "the references are always kept": swap("(excess > core_tolerance) ? 0 : 1", "1"),
 }  # fmt: skip
 
@@ -201,7 +209,7 @@ def mutants() -> Any:
 def calls() -> list[Call]:
     design = axis(renamed(0))
     some = list(axis_governor_calls(design, np.random.default_rng(7), 300))
-    return [*some, *edge_calls(declare_axis_governor(design))]
+    return [*edge_calls(declare_axis_governor(design)), *some]
 
 
 def found(shape: Shape) -> str:

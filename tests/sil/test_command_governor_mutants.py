@@ -46,30 +46,43 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "the point after those machined": swap(
         "const int32_t ahead = end;", "const int32_t ahead = begin;"
     ),
-    "the end of the path": swap("(ahead < in->n_points) ? (ahead + 1) : ahead", "ahead"),
+    "the end of the path": swap("(ahead < seen->count) ? (ahead + 1) : ahead", "ahead"),
     "taken where it waits": swap("taken = 0; /*", "/*"),
-    "a plan that failed is kept": swap(
-        "core_forget(self);\n    } else {\n        SG", "} else {\n        SG"
+    "a plan that failed is kept": swap("core_forget(self);\n        self->lost", "self->lost"),
+    "the tool waits for ever": swap("self->lost = 1;", ""),
+    "it waits although they are back": swap("1 - core_back(self, in)", "1"),
+    "back at once": swap("1 - core_back(self, in)", "0"),
+    "back in y is enough": swap("box.least_x = self->least_x[i];", "box.least_x = self->last_x;"),
+    "back in the first interval": swap("back = 0;", "back = (i == 0) ? 0 : back;"),
+    "the stroke holds on the way back": swap("sg_fill(CORE_INTERVALS, -far, ask->low);", ""),
+    "the way back leads to the next point": swap(
+        "sg_fill(CORE_VARIABLES, self->home_x, ask->reference);", ""
     ),
-    "planned is counted from before": swap(
-        "core_index(self, next) - taken", "core_index(self, next)"
+    "the way back leads to another axis": swap("in->slow_y, taken)", "in->slow_x, taken)"),
+    "the way back is no plan": swap("status = sg_worse(status, SG_INFEASIBLE);", ""),
+    "lost outlives a reset": swap(
+        "self->lost = 0;\n    self->ready = (status", "self->ready = (status"
     ),
-    "planned does not move": swap("core_index(self, next) - taken", "core_index(self, i) - taken"),
-    "never finished": swap("? SG_FINISHED : SG_OK", "? SG_OK : SG_OK"),
-    "always finished": swap("(in->n_points == 0)", "(in->n_points >= 0)"),
+    "points that are no use": swap("(status == SG_OK) ? sg_bound_count", "1 ? sg_bound_count"),
+    "the model goes before the measurement": swap(
+        "(status == SG_OK) ? in->y_velocity", "(status != SG_OK) ? in->y_velocity"
+    ),
+    "one axis' model": swap(": self->y.predicted[0]", ": self->x.predicted[0]"),
+    "what is no use is told of one axis": swap("out->status_y = (int32_t)status;\n        }", "}"),
+    "standing in x is enough": swap(
+        "*standing = 0;\n    }\n    return status;", "*standing = 1;\n    }\n    return status;"
+    ),
+    "nobody ever stands": swap("int32_t standing = 1;", "int32_t standing = 0;"),
+    "never finished": swap("status = SG_FINISHED;", "status = SG_OK;"),
+    "always finished": swap("(seen->count == 0)", "(seen->count >= 0)"),
     "y decides nothing": swap(
-        "status = sg_worse(status, core_govern_y(self, in, out));",
-        "(void)core_govern_y(self, in, out);",
+        "status = sg_worse(status, core_govern_y(self, in, seen, out, &standing));",
+        "(void)core_govern_y(self, in, seen, out, &standing);",
     ),
     "the tool's place": swap("in->points_y, taken);", "in->points_x, taken);"),
-    "held plans keep their points": swap(
-        "core_hold_y(self, status, out);\n        core_forget(self);",
-        "core_hold_y(self, status, out);",
-    ),
-    "one axis goes on": swap("core_hold_y(self, status, out);", ""),
     "one axis is ready": swap("status = sg_worse(status, status_x);", ""),
     "planned beyond the window": swap(
-        "? self->planned[i] : in->n_points;", "? self->planned[i] : self->planned[i];"
+        "? self->planned[i] : seen->count;", "? self->planned[i] : self->planned[i];"
     ),
 }
 
@@ -101,10 +114,10 @@ def mutants() -> Any:
 @cache
 def calls() -> list[Call]:
     design = renamed(0)
-    some = list(command_governor_calls(design, np.random.default_rng(8), 200))
+    some = list(command_governor_calls(design, np.random.default_rng(8), 600))
     # measurements that fail in the middle of a motion
     some += command_governor_calls(design, np.random.default_rng(9), 400, bad=0.3)
-    return [*some, *edge_calls(CommandGovernor(design).declaration)]
+    return [*edge_calls(CommandGovernor(design).declaration), *some]
 
 
 def found(number: int) -> str:

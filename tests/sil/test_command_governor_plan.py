@@ -39,7 +39,7 @@ void probe(const double *x, const double *y, int n, const double *reach, const i
         self.greatest_y[i] = self.greatest_on_y[i] = reach[3 * {P}_INTERVALS + i];
         self.planned[i] = planned[i];
     }}
-    {p}_plan(&self, &in);
+    {p}_plan(&self, &in, n);
     for (int i = 0; i < {P}_INTERVALS; i++) {{
         indices[i] = self.indices[i];
     }}
@@ -124,7 +124,7 @@ PLANNING: dict[str, Callable[[str], str]] = {
     "waits at the end alone": swap("g64_wait(self, part, interval, ends);", ""),
     "rejoins from the beginning": swap("from = i + 1;", "from = 0;"),
     "y is never in reach": swap("if (y > box->greatest_y)", "if (y > box->greatest_x)"),
-    "the last point": swap("if (number <= in->n_points)", "if (number < in->n_points)"),
+    "the last point": swap("if (number <= count)", "if (number < count)"),
 }
 
 

@@ -79,7 +79,7 @@ def test_statuses_from_before_the_reset_to_the_end_of_the_path(name: str) -> Non
     start = {"position_x": 0.1, "position_y": 9.0}
     assert controller.call("reset", start)[0] is Status.OUT_OF_RANGE
     status, out = controller.call("step", resting(name, 0.1))
-    assert (status, out["command_x"], out["command_y"]) == (Status.NOT_READY, real(0.1), 0.0)
+    assert (status, out["command_x"], out["command_y"]) == (Status.NOT_READY, real(0.1), 0.125)
     assert controller.call("reset", {"position_x": 0.1, "position_y": 0.1})[0] is Status.OK
     status, out = controller.call("step", resting(name, 0.1))
     assert (status, out["points_taken"]) == (Status.OK, own.points)

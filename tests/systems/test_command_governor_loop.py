@@ -228,6 +228,7 @@ def test_prediction_of_both_axes() -> None:
     names = [port.name for port in governor.declaration.operation("predict").inputs]
     inputs = dict(zip(names, [0.051, 0.0, 0.0, float("nan"), 0.0, 0.0], strict=True))
     status, out = governor.call("predict", inputs)
+    assert CommandGovernor(design()).call("predict", inputs)[0] is Status.NOT_READY
     assert status is Status.NOT_FINITE
     assert list(out) == names
     assert 0.05 < out["x_position"] < 0.051
@@ -248,8 +249,20 @@ def test_a_reference_out_of_reach_stalls_and_is_refused_beforehand() -> None:
     chosen = design()
     away = MOTION.copy()
     away[700:, 0] += 0.03
+    governor, told = CommandGovernor(chosen), []
+
+    class Heard:
+        declaration = governor.declaration
+
+        def call(self, operation, inputs=None):  # type: ignore[no-untyped-def]
+            status, out = governor.call(operation, inputs)
+            told.append(status)
+            return status, out
+
     with pytest.raises(Stalled):
-        run(chosen, away)
+        run_governed(chosen, STAGES, PATH, away, Heard())
+    assert told[-1] is Status.UNREACHABLE
+    assert set(told) == {Status.OK, Status.UNREACHABLE}
     with pytest.raises(InputError, match=r"point 7\d\d.*within 0.024 m of it in x"):
         check_drawing(chosen, PATH, away, EPSILON)
     check_drawing(chosen, PATH, MOTION, EPSILON)

@@ -29,6 +29,7 @@ class AxisGovernor:
         self._bound = cast(state_bounds(design.plant.order, design.reach), p)
         self._start_scale = cast(1.0 / program.state_scale, p)
         self._limit, self._moves = cast(program.limit, p), cast(program.position, p)
+        self.centre = self._real(program.centre_m)
         self._settle = cast(program.settle, p)
         self._scale = self._real(1.0 / program.scale_m)
         self.state_ports = self.declaration.operation("predict").inputs
@@ -37,6 +38,7 @@ class AxisGovernor:
         self.plan = np.zeros(program.variables, dtype=p.dtype)
         self.predicted = np.zeros(design.plant.order, dtype=p.dtype)
         self.ready = False
+        self.standing = False  # at the end of its plan, which the last step left there
 
     def call(
         self, operation: str, inputs: Mapping[str, Value] | None = None
@@ -50,8 +52,6 @@ class AxisGovernor:
                 usable = status is Status.OK
                 reach = self.foresee(self._state(given) if usable else self.predicted)
                 return status, {"least": reach.least, "greatest": reach.greatest}
-            case "hold":
-                return Status.OK, {"command": self.hold()}
             case "predict":
                 status = self._check(operation, given)
                 usable = status is Status.OK
@@ -62,6 +62,8 @@ class AxisGovernor:
         raise KeyError(operation)
 
     def _check(self, operation: str, inputs: Mapping[str, Value]) -> Status:
+        if not self.ready:
+            return Status.NOT_READY
         ports = self.declaration.operation(operation).inputs
         return max(check_port(port, inputs[port.name], self.design.precision) for port in ports)
 
@@ -70,22 +72,23 @@ class AxisGovernor:
 
     def _checked_step(self, inputs: Mapping[str, Value]) -> tuple[Status, dict[str, Value]]:
         if not self.ready:
-            return Status.NOT_READY, {"command": self.plan[0], "iterations": 0}
+            return Status.NOT_READY, {"command": self.centre, "iterations": 0, "standing": 0}
         status = self._check("step", inputs)
         if status is not Status.OK:
-            return status, {"command": self.hold(), "iterations": 0}
+            return status, {"command": self.hold(), "iterations": 0, "standing": 0}
         dtype = self.design.precision.dtype
         reference, low, high = (
             np.asarray(inputs[name], dtype=dtype) for name in ("reference", "low", "high")
         )
         status, iterations = self.step(self._state(inputs), reference, low, high)
-        return status, {"command": self.plan[0], "iterations": iterations}
+        told = {"command": self.plan[0], "iterations": iterations, "standing": int(self.standing)}
+        return status, told
 
     def reset(self, position: Value) -> Status:
         port = self.declaration.operation("reset").inputs[0]
         status = check_port(port, position, self.design.precision)
         self.ready = status is Status.OK
-        where = self._real(position) if self.ready else self._real(0.0)
+        where = self._real(position) if self.ready else self.centre
         self.plan = np.full_like(self.plan, where)
         self.predicted = np.zeros_like(self.predicted)
         self.predicted[0] = where
@@ -143,8 +146,16 @@ class AxisGovernor:
         else:
             plan = self.moved()
             status = self._judge(plan - origin, start, below, above)
+        rest = self.plan[-1]
         self._accept(state, plan)
+        self.standing = self._stands(origin, rest)
         return status, answer.iterations
+
+    def _stands(self, position: np.floating, rest: np.floating) -> bool:
+        """Whether the stage is at the end of the plan before and the new one leaves it there."""
+        near = self._real(self.design.standing_m)
+        places = np.concatenate([[position], self.predicted[:1], self.plan])
+        return bool(np.all((places >= rest - near) & (places <= rest + near)))
 
     def _start(self, state: FloatArray) -> FloatArray:
         """(n + 1,) what the rows start from: the state in their units, positions from its own."""

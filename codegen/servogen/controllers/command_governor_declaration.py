@@ -65,6 +65,9 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
     iterations = Port(
         "iterations", "1", "0: none needed", integer=True, low=0, high=design.solver.cap
     )
+    standing = Port(
+        "standing", "1", "1: at the end of its plan, which stays", integer=True, low=0, high=1
+    )
     scratch = (
         ("relative", "VARIABLES"),
         ("start", "STATES"),
@@ -97,6 +100,7 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
             Constant("in_reach", design.in_reach, "share of it in which a point is in reach"),
             Constant("farthest", design.farthest, "shares: no two positions are so far apart"),
             Constant("settle", float(program.settle[-1]), "share by which it is shorter for rho"),
+            Constant("standing", design.standing_m, "m: so near to a place is at it"),
             Constant("command_limit", far, "m: no command beyond it"),
             Constant("margin", tol.margin, "the bounds are drawn in by this share"),
             Constant("tolerance", tol.accept, "violation of the drawn-in bounds accepted"),
@@ -140,13 +144,7 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
                     reference,
                     *_interval_ports(design, ("low", "high"), "position of an interval"),
                 ),
-                outputs=(command, iterations),
-            ),
-            Operation(
-                "hold",
-                "No usable measurement: the moved plan.",
-                outputs=(command,),
-                returns_status=False,
+                outputs=(command, iterations, standing),
             ),
             Operation(
                 "predict",
@@ -224,10 +222,17 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                 Constant(f"limit_{axis}", part.reach.position_m * POSITION_FACTOR, "m: of points")
                 for axis, part in both
             ),
+            *(
+                Constant(
+                    f"centre_{axis}", part.program.centre_m, f"m: middle of the range of {axis}"
+                )
+                for axis, part in both
+            ),
         ),
         tables=(),
         state=(
             *(StateField(f"last_{axis}", "the last point machined, m") for axis in AXES),
+            *(StateField(f"home_{axis}", "its reference, m") for axis in AXES),
             StateField(
                 "planned", "points machined at the start of an interval", "INTERVALS", "int32_t"
             ),
@@ -248,6 +253,9 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
                     ("least_on", "from one on"),
                     ("greatest_on", "from one on"),
                 )
+            ),
+            StateField(
+                "lost", "1 where the tool waits for the stages to come back", type="int32_t"
             ),
             StateField("ready", "1 after a successful reset", type="int32_t"),
         ),
@@ -273,7 +281,8 @@ def declare_command_governor(design: CommandGovernorDesign) -> Declaration:
         facts={
             "after": design.after,
             "axes": {axis: part.prefix for axis, part in both},
-            "checked": (*states, *(port for port in window if not port.size)),
+            "measured": {axis: state_ports(f"{axis}_", n, part.reach) for axis, part in both},
+            "checked": tuple(port for port in window if not port.size),
         },
     )
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from servogen.controllers.command_governor_program import (
+    SETTLED,
     GovernorProgram,
     GovernorWeights,
     governor_program,
@@ -80,6 +81,11 @@ class AxisGovernorDesign:
         """Share of the fast stage's range in which a point is in reach of a plan: the stroke, drawn
         in as the bounds are that are made of the points."""
         return self.program.stroke_m * (1.0 / self.program.scale_m) - self.tol.margin
+
+    @property
+    def standing_m(self) -> float:
+        """So near to the end of its plan a stage is at rest: what the rows take for settled."""
+        return SETTLED * self.program.stroke_m
 
     @property
     def farthest(self) -> float:

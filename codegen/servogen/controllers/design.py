@@ -33,6 +33,7 @@ class Status(IntEnum):
     OUT_OF_RANGE = 7  # an input is outside its declared range; likewise
     OVERFLOW = 8  # more points or intervals than there is room for; nothing was taken
     NOT_READY = 9  # called before reset
+    UNREACHABLE = 10  # the path cannot be followed: the machine stands until it is given another
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,13 @@ from servogen.sil.harness import Call
 
 # Shares of the calls whose measurement is no use, and of those that are a push of the stage.
 _BAD, _PUSHED = 0.06, 0.15
+# Of the paths of both axes, those with a jump that no stage can follow, at which it comes to rest.
+_APART = 0.25
 # Of an axis' calls, those whose points leave it next to no room.
 _SLIT = 0.1
-# Calls between two resets, and of the windows that are whole and those that are cut short.
-_RUN = 25
+# Calls between two resets, of an axis and of both, and of the windows that are whole and those that
+# are cut short.
+_RUN, _PATH = 25, 50
 _SEEN = (0.8, 0.2)
 
 
@@ -63,8 +66,8 @@ def axis_governor_calls(
         step = {**inputs, "reference": np.clip(ahead, -far, far), "low": low, "high": high}
         _spoil(own.declaration.operation("step").inputs, step, rng)
         yield _made(own, Call("step", step))
-        if rng.random() < 0.05:
-            yield _made(own, Call("hold"))
+        if rng.random() < 0.05:  # a period without a measurement
+            yield _made(own, Call("step", {**step, names[0]: np.nan}))
         if rng.random() < 0.1:
             yield _made(own, Call("predict", inputs))
 
@@ -78,22 +81,26 @@ def command_governor_calls(
     names = [port.name for port in own.declaration.operation("step").inputs]
     n = design.axes[0].plant.order
     path: FloatArray = np.zeros((0, 2))
-    first, ended, held = 0, 0, False
+    first, ended, apart = 0, 0, False
     for index in range(count):
-        if index % (2 * _RUN) == 0 or ended > 1:
+        if index % _PATH == 0 or ended > 1:
             path, first, ended = _figures(design, rng), 0, 0
+            apart = rng.random() < _APART
+            if apart:
+                path = _apart(design, rng)
             start: dict[str, Value] = {f"position_{a}": path[0, i] for i, a in enumerate(AXES)}
             yield _made(own, Call("reset", start))
         left = min(design.window, len(path) - 1 - first)
         seen = int(rng.choice([left, min(left, int(rng.integers(0, design.points + 2)))], p=_SEEN))
+        seen = left if apart else seen
         inputs: dict[str, Value] = {"n_points": seen}
         for i, axis in enumerate(design.axes):
-            state = _measured(axis, own.axes[i].predicted, rng)
+            predicted = own.axes[i].predicted
+            state = (_nudged if apart else _measured)(axis, predicted, rng)
             inputs |= dict(zip(names[i * n : (i + 1) * n], state.tolist(), strict=True))
             part = path[first + 1 : first + 1 + seen, i]
-            if held:  # nothing is planned, and the tool stays where the moved plan leaves
-                part = np.full(seen, path[first, i])
-            slow = part + axis.program.stroke_m * rng.uniform(-0.5, 0.5)
+            away = 0.0 if apart else rng.uniform(-0.5, 0.5)
+            slow = part + axis.program.stroke_m * away
             for name, values in (("points", part), ("slow", slow)):
                 window = np.full(design.window, rng.choice([np.nan, np.inf, 1e30, 0.0]))
                 window[:seen] = np.clip(values, -_far(axis), _far(axis))
@@ -101,7 +108,6 @@ def command_governor_calls(
         _spoil(own.declaration.operation("step").inputs, inputs, rng, bad)
         status, out = own.call("step", inputs)
         first += int(np.asarray(out["points_taken"]))
-        held = status in (Status.NOT_FINITE, Status.OUT_OF_RANGE)
         ended += status is Status.FINISHED and left == 0
         yield Call("step", inputs)
         if rng.random() < 0.1:
@@ -134,6 +140,20 @@ def _figures(design: CommandGovernorDesign, rng: np.random.Generator) -> FloatAr
     return path
 
 
+def _apart(design: CommandGovernorDesign, rng: np.random.Generator) -> FloatArray:
+    """(J, 2) m: some points at one place, the others more than two strokes away in an axis or in
+    both."""
+    path = np.empty((4 * design.window, 2))
+    far = [(True, False), (False, True), (True, True)][int(rng.integers(3))]
+    begin = int(rng.integers(1, 3 * design.points + 2))
+    for i, axis in enumerate(design.axes):
+        half = axis.reach.position_m - abs(axis.program.centre_m)
+        way = axis.program.stroke_m * rng.uniform(2.1, 3.0) * rng.choice([-1.0, 1.0])
+        path[:, i] = axis.program.centre_m + rng.uniform(-0.3, 0.3) * half
+        path[begin:, i] += way if far[i] else 0.3 * way
+    return path
+
+
 def _made(own: AxisGovernor | CommandGovernor, call: Call) -> Call:
     own.call(call.operation, call.inputs)
     return call
@@ -160,6 +180,17 @@ def _measured(
         scale = np.full(state.size, reach.acceleration_m_per_s2)
         scale[:2] = reach.fast_range_m, reach.velocity_m_per_s
         state += rng.choice([1e-6, 1e-2, 0.3]) * scale * rng.normal(size=state.size)
+    return state
+
+
+def _nudged(
+    design: AxisGovernorDesign, predicted: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """(n,) about as far from there as a stage at rest may be."""
+    state = np.asarray(predicted, dtype=np.float64).copy()
+    if rng.random() < _PUSHED:
+        state[0] += rng.uniform(-4.0, 4.0) * design.standing_m
+        state[1] += rng.uniform(-4.0, 4.0) * design.standing_m / design.plant.sample_time_s
     return state
 
 

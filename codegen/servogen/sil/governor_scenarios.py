@@ -32,8 +32,8 @@ def governor_suite(
     count: int,
 ) -> Iterator[Scenario]:
     """Edges and random calls for every controller: ``count`` steps of a streamed motion, as many
-    of the governor where it has few variables, else a half of that of both axes and a quarter of
-    each axis alone. The same seed gives the same scenarios."""
+    of each axis alone and twice as many of both where they have few variables, else a quarter
+    and as many. The same seed gives the same scenarios."""
     few = design.axes[0].program.variables <= FEW_VARIABLES
     axis_share, both_share = (1, 1) if few else (AXIS_SHARE, BOTH_SHARE)
     for number, motion in enumerate(motions):
@@ -44,7 +44,8 @@ def governor_suite(
         steps = max(count // axis_share, 1)
         yield from _both(_axis(axis), list(axis_governor_calls(axis, rng, steps)))
     rng = np.random.default_rng(seed + 20)
-    calls = list(command_governor_calls(design, rng, max(count // both_share, 1)))
+    # twice as many: a stage is seldom lost on its way, or at rest before a path it cannot follow
+    calls = list(command_governor_calls(design, rng, max(2 * count // both_share, 1)))
     yield from _both(lambda: CommandGovernor(design), calls)
 
 
