@@ -64,6 +64,18 @@ def _others() -> dict[str, ContourLqDesign]:
 NAMES = (*(f"{case} {bits}" for case in CASES for bits in (64, 32)), *_others())
 
 
+@cache
+def small(form: str) -> ContourLqDesign:
+    """Four points ahead, in a form."""
+    sliding: ContourLqDesign = design(1.2, 20.0, OUTPUT, preview=4)
+    forms = {
+        "sliding": sliding,
+        "standing": design(0.25, 15.0, STATIONARY, preview=4),
+        "tabulated": tabulate(sliding, 8, 2),
+    }
+    return forms[form]
+
+
 def package(name: str) -> CPackage:
     own = made(name)
     return emit_package(f"{own.prefix}p", (declare_contour_lq(own),))

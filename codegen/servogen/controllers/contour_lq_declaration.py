@@ -240,9 +240,8 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             ),
         ),
         facts={
-            "slides": slides,
+            "form": "angles" if design.table else "slides" if design.count else "known",
             "hidden": bool(hidden),
-            "tabulated": design.table is not None,
             "axes": places,
         },
     )
