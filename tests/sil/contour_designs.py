@@ -25,7 +25,8 @@ import numpy as np
 from contour_machine import CASES, OUTPUT, STATIONARY, design, of_case
 
 PLAIN = Discrete(np.array([[1.0]]), np.array([1.1e-5]), np.array([1.0]), 0.0005)
-X, Y = machining_centre()
+AXES = machining_centre()
+X, Y = AXES
 
 
 def _case(name: str) -> tuple[str, Precision]:

@@ -54,11 +54,11 @@ SLIDING: dict[str, Change] = {
         "    (void)core_go_on(points, self->point, self->direction);\n", ""
     ),
     "the course begins anew": swap("if (self->begun == 0) {", "if (self->begun >= 0) {"),
-    "the end is not mirrored": swap("(end->direction[i] * share) - before[i]", "end->direction[i]"),
+    "the end is not mirrored": swap("(end->direction[i] * share) - before->direction[i]", "end->direction[i]"),
+    "mirrored at none": swap("(other->square > (sg_real)0) ? other : end", "other"),
     "no direction but one's own": swap(
         "(reached->square > (sg_real)0) ? reached : left", "reached"
     ),
-    "left by none": swap("(left->square > (sg_real)0) ? left : reached", "left"),
     "no way back": swap("(cosine >= (sg_real)0) ?", "(cosine >= (sg_real)-9) ?"),
     "corners are curves": swap("return squared * ((sg_real)2 - squared);", "return squared;"),
     "a price without phi": swap("((core_share * phi) * phi)", "core_share"),
