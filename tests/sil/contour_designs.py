@@ -79,7 +79,7 @@ def small(form: str) -> ContourLqDesign:
 
 def package(name: str) -> CPackage:
     own = made(name)
-    return emit_package(f"{own.prefix}p", (declare_contour_lq(own),))
+    return emit_package(own.prefix, (declare_contour_lq(own),))
 
 
 @cache
