@@ -57,6 +57,6 @@ def covered(name: str) -> Covered:
     return cover(one, [*one.suite(STEPS), *one.closed_loops(None)], reviewed())
 
 
-def bench(case: str) -> Bench:
-    """A case of the paper in both precisions."""
-    return Bench(case, (subject(f"{case} 64"), subject(f"{case} 32")))
+def on_bench(name: str) -> Bench:
+    """One of them alone."""
+    return Bench(name, (subject(name),))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 
 import pytest
-from contour_bench import FORMS, bench, covered, subject
+from contour_bench import FORMS, covered, on_bench, subject
 from contour_designs import made, package
 from core_designs import temporary_folder
 from small_bench import changed
@@ -31,8 +30,7 @@ def test_every_branch_is_reached(name: str) -> None:
     assert result.reached == result.total > 70
 
 
-def test_runs_never_exceed_their_count_and_reach_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for a comparison or two: no sample takes the costlier side of every decision."""
+def test_runs_never_exceed_their_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(counts, "RANDOM_CALLS", 600)
     for name in ("II 64", "table"):
         one = subject(name)
@@ -41,18 +39,17 @@ def test_runs_never_exceed_their_count_and_reach_it(monkeypatch: pytest.MonkeyPa
 
 
 def test_sanitizers_have_nothing_to_say() -> None:
-    finding = sanitizers.run(bench("IV"), Silent())
+    finding = sanitizers.run(on_bench("table, float32"), Silent())
     assert finding.passed, finding.faults
 
 
-@pytest.mark.parametrize("name", ["II 64", "table"])
-def test_misra_holds(name: str) -> None:
+def test_misra_holds() -> None:
+    """The other forms are those of the example."""
     try:
         misra.find_cppchecks()
     except Exception as error:  # as in the other tests of tools: make misra is where it must be
         pytest.skip(str(error))
-    whole = bench("II")
-    finding = misra.run(replace(whole, subjects=(subject(name),)), Silent())
+    finding = misra.run(on_bench("table"), Silent())
     assert finding.passed, finding.faults
 
 

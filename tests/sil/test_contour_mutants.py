@@ -54,7 +54,9 @@ SLIDING: dict[str, Change] = {
         "    (void)core_go_on(points, self->point, self->direction);\n", ""
     ),
     "the course begins anew": swap("if (self->begun == 0) {", "if (self->begun >= 0) {"),
-    "the end is not mirrored": swap("(end->direction[i] * share) - before->direction[i]", "end->direction[i]"),
+    "the end is not mirrored": swap(
+        "(end->direction[i] * share) - before->direction[i]", "end->direction[i]"
+    ),
     "mirrored at none": swap("(other->square > (sg_real)0) ? other : end", "other"),
     "no direction but one's own": swap(
         "(reached->square > (sg_real)0) ? reached : left", "reached"
@@ -94,17 +96,17 @@ SLIDING: dict[str, Change] = {
 }
 STANDING: dict[str, Change] = {
     "unchanged": STILL,
-    "the end slides": swap("*left = reached[CORE_PREVIEW];", "*left = reached[CORE_SLIDES];"),
+    "the end slides": swap("*left = &reached[CORE_PREVIEW];", "*left = &reached[CORE_SLIDES];"),
 }
 TABULATED: dict[str, Change] = {
     "unchanged": STILL,
     "left by the last point": swap(
-        "if (reached[j].fresh == 1) {\n            *left",
-        "if (reached[j].fresh == 2) {\n            *left",
+        "if (reached[j].fresh == 1) {\n            left",
+        "if (reached[j].fresh == 2) {\n            left",
     ),
     "left by any point": swap(
-        "if (reached[j].fresh == 1) {\n            *left",
-        "if (reached[j].fresh >= 0) {\n            *left",
+        "if (reached[j].fresh == 1) {\n            left",
+        "if (reached[j].fresh >= 0) {\n            left",
     ),
     "another point's direction": swap("&reached[CORE_AT]", "&reached[CORE_AT - 1]"),
     "half of the directions": swap(

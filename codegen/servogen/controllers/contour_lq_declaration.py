@@ -241,6 +241,7 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
         ),
         facts={
             "form": "angles" if design.table else "slides" if design.count else "known",
+            "mirrors": (design.table.at if design.table else design.count) == design.preview,
             "hidden": bool(hidden),
             "axes": places,
         },
