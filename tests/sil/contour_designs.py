@@ -25,7 +25,8 @@ import numpy as np
 from contour_machine import CASES, OUTPUT, STATIONARY, design, of_case
 
 PLAIN = Discrete(np.array([[1.0]]), np.array([1.1e-5]), np.array([1.0]), 0.0005)
-X, Y = machining_centre()
+AXES = machining_centre()
+X, Y = AXES
 
 
 def _case(name: str) -> tuple[str, Precision]:
@@ -64,9 +65,21 @@ def _others() -> dict[str, ContourLqDesign]:
 NAMES = (*(f"{case} {bits}" for case in CASES for bits in (64, 32)), *_others())
 
 
+@cache
+def small(form: str) -> ContourLqDesign:
+    """Four points ahead, in a form."""
+    sliding: ContourLqDesign = design(1.2, 20.0, OUTPUT, preview=4)
+    forms = {
+        "sliding": sliding,
+        "standing": design(0.25, 15.0, STATIONARY, preview=4),
+        "tabulated": tabulate(sliding, 8, 2),
+    }
+    return forms[form]
+
+
 def package(name: str) -> CPackage:
     own = made(name)
-    return emit_package(f"{own.prefix}p", (declare_contour_lq(own),))
+    return emit_package(own.prefix, (declare_contour_lq(own),))
 
 
 @cache

@@ -17,7 +17,7 @@ from servogen.controllers.design import Status
 from servogen.plants.machining_centre import SAMPLE_TIME_S, machining_centre
 from servogen.sil.contour_calls import contour_calls
 from servogen.sil.contour_scenarios import contour_suite
-from servogen.sil.harness import Twin, compare
+from servogen.sil.harness import Call, Stepwise, Twin, compare
 from servogen.sil.player import DIRT
 from servogen.steps.counted import count_emitted
 from servogen.systems.contour_loop import ContourRun, run_contour
@@ -44,7 +44,7 @@ def looped(
     name: str, motion: ContourMotion, samples: int, encoder_m: float | None = None
 ) -> ContourRun:
     """The closed loop on the C, with the reference beside it."""
-    twin = Twin(ContourLq(made(name)), in_c(name))
+    twin = Twin(Stepwise(ContourLq(made(name))), in_c(name))
     found = run_contour(made(name), twin, AXES, motion, samples, encoder_m)
     assert twin.agreement.passed, twin.agreement.difference
     assert twin.agreement.worst == 0.0
@@ -158,7 +158,7 @@ def test_a_step_is_a_tenth_of_what_the_dense_recursion_takes() -> None:
     assert operations("table") <= 900
 
 
-def two(design: ContourLqDesign) -> list[list]:
+def two(design: ContourLqDesign) -> list[list[Call]]:
     return [list(contour_calls(design, np.random.default_rng(seed), 60)) for seed in (5, 6)]
 
 

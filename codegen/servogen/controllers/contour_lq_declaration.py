@@ -240,9 +240,9 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             ),
         ),
         facts={
-            "slides": slides,
+            "form": "angles" if design.table else "slides" if design.count else "known",
+            "mirrors": (design.table.at if design.table else design.count) == design.preview,
             "hidden": bool(hidden),
-            "tabulated": design.table is not None,
             "axes": places,
         },
     )

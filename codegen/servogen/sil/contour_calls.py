@@ -56,6 +56,18 @@ def contour_calls(
         states = [m.a @ x + m.b * u for m, x, u in zip(models, states, command, strict=True)]
 
 
+def arriving_calls(design: ContourLqDesign) -> Iterator[Call]:
+    """A machine that stands: a motion comes into the preview point by point, and its end too."""
+    axes, ahead = len(design.axes), design.preview + 1
+    way = 4.0 * design.apart * np.arange(1.0, axes + 1.0)
+    steps = np.concatenate([np.zeros(ahead + 2), np.ones(3), np.zeros(ahead + 2)])
+    points = np.outer(np.cumsum(steps), way)
+    yield Call("reset", {"position": np.zeros(axes)})
+    for k in range(len(steps) - ahead):
+        reference = points[k : k + ahead].ravel()
+        yield Call("step", {"position": points[k], "reference": reference})
+
+
 def contour(design: ContourLqDesign, rng: np.random.Generator, count: int) -> FloatArray:
     """(count, p) points somewhere in reach: curves, lines and polygons, at speeds from a creep to
     more than the axes have, with stops, repeated points and ways back."""
@@ -67,7 +79,7 @@ def contour(design: ContourLqDesign, rng: np.random.Generator, count: int) -> Fl
     shapes = (_curve, _polygon, _line, _still)
     way = shapes[int(rng.choice(len(shapes), p=[0.4, 0.35, 0.2, 0.05]))](rng, count, axes) * step
     if rng.random() < 0.3:  # a stop
-        first = int(rng.integers(count))
+        first = int(rng.choice([0, int(rng.integers(count))]))
         way[first : first + int(rng.integers(1, 15))] = 0.0
     if rng.random() < 0.3:  # repeated points
         way[rng.random(count) < rng.uniform(0.1, 0.9)] = 0.0
