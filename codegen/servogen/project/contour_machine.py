@@ -93,6 +93,14 @@ class ContourAxisTable(Section):
     drive: Drive
 
 
+class ContourLikeX(AxisLikeX):
+    """An axis that is built as x is."""
+
+    same_as: Annotated[
+        Literal["x"], told('"x", or keys and a table drive of its own', description="built as x is")
+    ]
+
+
 def kind_of_z(value: object) -> str:
     """Tag of what stands at ``machine.z``."""
     return "none" if value is None else kind_of_y(value)
@@ -103,12 +111,12 @@ class ContourMachineFile(Section):
 
     x: ContourAxisTable
     y: Annotated[
-        Annotated[AxisLikeX, Tag("like_x")] | Annotated[ContourAxisTable, Tag("own")],
+        Annotated[ContourLikeX, Tag("like_x")] | Annotated[ContourAxisTable, Tag("own")],
         Discriminator(kind_of_y),
-    ] = AxisLikeX(same_as="x")
+    ] = ContourLikeX(same_as="x")
     z: Annotated[
         Annotated[None, Tag("none")]
-        | Annotated[AxisLikeX, Tag("like_x")]
+        | Annotated[ContourLikeX, Tag("like_x")]
         | Annotated[ContourAxisTable, Tag("own")],
         Discriminator(kind_of_z),
     ] = None

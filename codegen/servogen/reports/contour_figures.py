@@ -139,13 +139,15 @@ def command_figure(data: ContourReportData) -> Figure:
     held = {"line": {"shape": "hv"}}
     known = data.run.known.astype(np.float64)
     traces.append(signal("points known", time, known, PATH_COLOUR, 2, **held))
+    shape = layout(_TIME, ["command / limit [1]", "points [1]"])
+    shape["yaxis2"] |= {"range": [-0.5, data.design.preview + 0.5]}
     return Figure(
         "commands",
         "Commands",
         "As shares of their limits; and how many of the points ahead have a direction, without "
         "which every error counts as one across the contour.",
         traces,
-        layout(_TIME, ["command / limit [1]", "points [1]"]),
+        shape,
         linked=True,
         height=480,
     )

@@ -16,7 +16,7 @@ from servogen.reports.style import (
     layout,
     line,
 )
-from servogen.reports.tables import BAD, PLAIN, Cell, Missing, Table, figure_cell, text
+from servogen.reports.tables import BAD, PLAIN, Cell, Missing, Table, figure_cell, share_cell, text
 from servogen.systems.contour_proofs import design_spectrum
 from servogen.systems.contour_rows import ContourRow
 from servogen.systems.contour_study import ContourStudy, ContourSweep
@@ -131,7 +131,7 @@ def _case(row: ContourRow) -> bool:
 
 
 def _marks(name: str, colour: str, symbol: str, rows: list[ContourRow]) -> Trace:
-    cases = [row.name.split(":")[0].removeprefix("case ") if _case(row) else "" for row in rows]
+    cases = [row.name.split(":")[0] if _case(row) else "" for row in rows]
     return {
         "type": "scatter",
         "mode": "markers+text",
@@ -171,10 +171,17 @@ def _sweep_figure(name: str, title: str, sweeps: list[ContourSweep]) -> Figure:
             own = {**_MARKED, "legendgroup": sweep.title, "showlegend": panel == 1}
             traces.append(line(sweep.title, sweep.values, values, colour, 1.6, panel, **own))
     shape = layout(sweeps[0].key, ["contour error [µm RMS]", "tracking error [µm RMS]"])
-    for axis in ("yaxis", "yaxis2"):
-        shape[axis] |= {"type": "log"}
+    for axis, what in (("yaxis", "contour_rms_m"), ("yaxis2", "tracking_rms_m")):
+        values = [1e6 * getattr(row, what) for sweep in sweeps for row in sweep.rows]
+        shape[axis] |= {"type": "log", "tickvals": _ticks(values)}
     told = " ".join(f"{sweep.title}: {sweep.note}" for sweep in sweeps)
     return Figure(name, title, told, traces, shape, height=520)
+
+
+def _ticks(values: list[float]) -> list[float]:
+    """Of a logarithmic axis: decades, with 2 and 5 between where there are few of them."""
+    steps = (1,) if max(values) > 200.0 * min(values) else (1, 2, 5)
+    return [round(m * 10.0**e, 5) for e in range(-4, 6) for m in steps]
 
 
 def study_table(study: ContourStudy) -> Table:
@@ -194,6 +201,6 @@ def _row(row: ContourRow) -> tuple[Cell, ...]:
     return (
         text(row.name, "name"),
         *(figure_cell(1e6 * value, 3) for value in errors),
-        figure_cell(max(row.command_share), 2),
+        share_cell(max(row.command_share)),
         figure_cell(row.limited, kind=BAD if row.limited else PLAIN),
     )

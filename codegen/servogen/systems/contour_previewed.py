@@ -8,8 +8,7 @@ import numpy as np
 
 from servogen.controllers.design import Status
 from servogen.controllers.finite_preview import finite_preview
-from servogen.plants.statespace import Discrete
-from servogen.precision import FloatArray
+from servogen.plants.statespace import Discrete, FloatArray
 from servogen.systems.contour_loop import ContourRun, moving_state
 from servogen.systems.contour_task import ContourTask
 
@@ -34,8 +33,9 @@ def run_previewed(
     cut = np.zeros(task.samples, dtype=np.int64)
     for a, axis in enumerate(machine):
         law = finite_preview(axis, tracking, control, preview, held)
-        along = points[:, a]
-        state = np.array(moving_state(axis, along if task.moving else np.repeat(along[:1], 2)))
+        along = np.asarray(points[:, a], dtype=np.float64)
+        begun = along if task.moving else np.repeat(along[:1], 2)
+        state: FloatArray = np.array(moving_state(axis, begun), dtype=np.float64)
         for k in range(task.samples):
             asked = law.command(state, along[k + 1 : k + 1 + preview])
             command[k, a] = np.clip(asked, -limits[a], limits[a])
