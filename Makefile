@@ -7,10 +7,10 @@ OUT    ?= out/$(SYSTEM)
 
 # The evidence about the emitted C, each piece a target of its own; what a target needs beyond gcc
 # it says itself. `servogen check list` has them with their packages.
-SYSTEMS  := two_stage servo_drive command_governor
+SYSTEMS  := two_stage servo_drive command_governor contour_lq
 CHECKS   := counts compilers coverage sanitizers misra pil prove fuzz dsp
 PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes two_stage/active_set \
-            servo_drive/servogen command_governor/small
+            servo_drive/servogen command_governor/small contour_lq/servogen
 # out/two_stage for the project that `make run` is about, else out/<file>
 out_of = out/$(if $(filter servogen,$(notdir $(1))),$(patsubst %/,%,$(dir $(1))),$(notdir $(1)))
 

@@ -72,7 +72,10 @@ def _root(
 @app.command()
 def init(
     system: Annotated[
-        str, typer.Argument(help="two_stage, servo_drive or command_governor.", show_default=False)
+        str,
+        typer.Argument(
+            help="two_stage, servo_drive, command_governor or contour_lq.", show_default=False
+        ),
     ],
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="A new or empty folder.", show_default=False)

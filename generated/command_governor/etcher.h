@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design ea791249e1cb9c61. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a3efd11ab80d3f60. */
 /* Extended command governor (17)-(18), (21), both axes */
 #ifndef ETCHER_H
 #define ETCHER_H
@@ -24,6 +24,8 @@ enum {
 typedef struct {
     etcher_real last_x; /* the last point machined, m */
     etcher_real last_y; /* the last point machined, m */
+    etcher_real home_x; /* its reference, m */
+    etcher_real home_y; /* its reference, m */
     int32_t planned[ETCHER_INTERVALS]; /* points machined at the start of an interval */
     etcher_axis_t x; /* of the axis */
     etcher_axis_t y; /* of the axis */
@@ -37,6 +39,7 @@ typedef struct {
     etcher_real greatest_y[ETCHER_INTERVALS]; /* workspace, no meaning between calls: in reach in an interval */
     etcher_real least_on_y[ETCHER_INTERVALS]; /* workspace, no meaning between calls: in reach from one on */
     etcher_real greatest_on_y[ETCHER_INTERVALS]; /* workspace, no meaning between calls: in reach from one on */
+    int32_t lost; /* 1 where the tool waits for the stages to come back */
     int32_t ready; /* 1 after a successful reset */
 } etcher_t;
 

@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from command_governor_axis.c.jinja; not to be edited.
- * Design ea791249e1cb9c617b77f5f932e83a8c9d60b6df6fd42683313308aeeaf9f15b.
+ * Design a3efd11ab80d3f60621547db72d554fa05fd919202a2c541cab217082203e5f0.
  *
  * Extended command governor (17) of one axis: dual active-set method, property (b)
  *
  * Counted in this C, calls of other files included (servogen wcet): operations on etcher_real, bytes
- * of C objects on the stack. Constant tables of this file: 28800 bytes.
+ * of C objects on the stack. Constant tables of this file: 28808 bytes.
  *
  * worst case of one call                    add    mul   div    cmp other    load  store stack
  * etcher_axis_init                            0      0     0      0     0       0   3676    36
  * etcher_axis_reset                           0      0     0      5     0       2     45    52
  * etcher_axis_foresee                      2258   1412     0   1067     1    3215   1671   708
- * etcher_axis_step                       743439 695029 11044 312033 96775 1384193 236004  2228
- *   fixed part                            87744  85639    19   7563  2680  148178  17484
+ * etcher_axis_step                       743525 695029 11044 312119 96775 1384322 236004  2244
+ *   fixed part                            87830  85639    19   7649  2680  148307  17484
  *   each of 45 ETCHER_AXIS_ITERATION_CAP  14571  13542   245   6766  2091   27467   4856
- * etcher_axis_hold                           12     12     0     88    44     248    145   532
  * etcher_axis_predict                        12     12     0     15     0      42     24   188
  */
 #include "etcher_axis.h"
@@ -973,9 +972,36 @@ static sg_status etcher_axis_optimum(etcher_axis_t *self, int32_t *iterations)
     return status;
 }
 
-/* All inputs are in range. */
-static sg_status etcher_axis_govern(etcher_axis_t *self, const etcher_axis_step_in *in, int32_t *iterations)
+/* Whether this is next to the end of the plan before. */
+static int32_t etcher_axis_near(sg_real where, sg_real rest)
 {
+    int32_t near = 1;
+    if (where < (rest - etcher_axis_standing)) {
+        near = 0;
+    }
+    if (where > (rest + etcher_axis_standing)) {
+        near = 0;
+    }
+    return near;
+}
+
+/* Whether the stage is there and the new plan leaves it there. */
+static int32_t etcher_axis_stands(const etcher_axis_t *self, sg_real position, sg_real rest)
+{
+    int32_t stands = etcher_axis_near(position, rest);
+    stands *= etcher_axis_near(self->predicted[0], rest);
+    SG_PRAGMA("MUST_ITERATE(41, 41)")
+    for (int i = 0; i < ETCHER_AXIS_VARIABLES; i++) {
+        stands *= etcher_axis_near(self->plan[i], rest);
+    }
+    return stands;
+}
+
+/* All inputs are in range. */
+static sg_status etcher_axis_govern(etcher_axis_t *self, const etcher_axis_step_in *in, int32_t *iterations,
+                               int32_t *standing)
+{
+    const sg_real rest = self->plan[ETCHER_AXIS_VARIABLES - 1];
     sg_real state[ETCHER_AXIS_PLANT_ORDER];
     sg_real plan[ETCHER_AXIS_VARIABLES];
     state[0] = in->position;
@@ -999,6 +1025,7 @@ static sg_status etcher_axis_govern(etcher_axis_t *self, const etcher_axis_step_
         status = etcher_axis_judge(self, origin, plan);
     }
     etcher_axis_accept(self, state, plan);
+    *standing = etcher_axis_stands(self, origin, rest);
     return status;
 }
 
@@ -1050,7 +1077,7 @@ sg_status etcher_axis_reset(etcher_axis_t *self, const etcher_axis_reset_in *in)
     /*@ dynamic_split status; */
     status = sg_worse(status, sg_check(in->position, -0.375, 0.375));
     self->ready = (status == SG_OK) ? 1 : 0;
-    const sg_real where = (status == SG_OK) ? in->position : (sg_real)0;
+    const sg_real where = (status == SG_OK) ? in->position : etcher_axis_centre;
     sg_fill(ETCHER_AXIS_VARIABLES, where, self->plan);
     sg_fill(ETCHER_AXIS_PLANT_ORDER, (sg_real)0, self->predicted);
     self->predicted[0] = where;
@@ -1079,6 +1106,9 @@ sg_status etcher_axis_foresee(etcher_axis_t *self, const etcher_axis_foresee_in 
     status = sg_worse(status, sg_check(in->position, -0.375, 0.375));
     status = sg_worse(status, sg_check(in->velocity, -0.4, 0.4));
     status = sg_worse(status, sg_check(in->acceleration, -40.0, 40.0));
+    if (self->ready == 0) {
+        status = SG_NOT_READY;
+    }
     state[0] = (status == SG_OK) ? in->position : self->predicted[0];
     state[1] = (status == SG_OK) ? in->velocity : self->predicted[1];
     state[2] = (status == SG_OK) ? in->acceleration : self->predicted[2];
@@ -1130,23 +1160,19 @@ sg_status etcher_axis_step(etcher_axis_t *self, const etcher_axis_step_in *in, e
     status = sg_worse(status, sg_check_array(42, in->low, -0.425, 0.425));
     status = sg_worse(status, sg_check_array(42, in->high, -0.425, 0.425));
     int32_t iterations = 0;
+    int32_t standing = 0;
     if (self->ready == 0) {
         status = SG_NOT_READY;
     } else if (status != SG_OK) {
         etcher_axis_continue(self);
     } else {
-        status = etcher_axis_govern(self, in, &iterations);
+        status = etcher_axis_govern(self, in, &iterations, &standing);
     }
-    out->command = self->plan[0];
+    out->command = (self->ready == 0) ? etcher_axis_centre : self->plan[0];
     out->iterations = iterations;
+    out->standing = standing;
     /*@ merge status; */
     return status;
-}
-
-void etcher_axis_hold(etcher_axis_t *self, etcher_axis_hold_out *out)
-{
-    etcher_axis_continue(self);
-    out->command = self->plan[0];
 }
 
 sg_status etcher_axis_predict(const etcher_axis_t *self, const etcher_axis_predict_in *in, etcher_axis_predict_out *out)
@@ -1158,6 +1184,9 @@ sg_status etcher_axis_predict(const etcher_axis_t *self, const etcher_axis_predi
     status = sg_worse(status, sg_check(in->position, -0.375, 0.375));
     status = sg_worse(status, sg_check(in->velocity, -0.4, 0.4));
     status = sg_worse(status, sg_check(in->acceleration, -40.0, 40.0));
+    if (self->ready == 0) {
+        status = SG_NOT_READY;
+    }
     sg_copy(ETCHER_AXIS_PLANT_ORDER, self->predicted, ahead);
     if (status == SG_OK) {
         state[0] = in->position;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design ea791249e1cb9c61. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a3efd11ab80d3f60. */
 /* Extended command governor (17) of one axis: dual active-set method, property (b) */
 #ifndef ETCHER_AXIS_H
 #define ETCHER_AXIS_H
@@ -85,11 +85,8 @@ typedef struct {
 typedef struct {
     etcher_real command; /* m [-0.375 .. 0.375]: command of this period */
     int32_t iterations; /* 1 [0 .. 45]: 0: none needed */
+    int32_t standing; /* 1 [0 .. 1]: 1: at the end of its plan, which stays */
 } etcher_axis_step_out;
-
-typedef struct {
-    etcher_real command; /* m [-0.375 .. 0.375]: command of this period */
-} etcher_axis_hold_out;
 
 typedef struct {
     etcher_real position; /* m: slow stage position */
@@ -108,9 +105,6 @@ sg_status etcher_axis_foresee(etcher_axis_t *self, const etcher_axis_foresee_in 
 
 /* Solve (17); where no optimum is found use the moved plan. */
 sg_status etcher_axis_step(etcher_axis_t *self, const etcher_axis_step_in *in, etcher_axis_step_out *out);
-
-/* No usable measurement: the moved plan. */
-void etcher_axis_hold(etcher_axis_t *self, etcher_axis_hold_out *out);
 
 /* State at the next sample, under the command of this period. */
 sg_status etcher_axis_predict(const etcher_axis_t *self, const etcher_axis_predict_in *in, etcher_axis_predict_out *out);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design ea791249e1cb9c61. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design a3efd11ab80d3f60. */
 /* Constant tables of etcher_axis; included by etcher_axis.c only. */
 #ifndef ETCHER_AXIS_TABLES_H
 #define ETCHER_AXIS_TABLES_H
@@ -16,6 +16,8 @@ static const sg_real etcher_axis_in_reach = 0.999999;
 static const sg_real etcher_axis_farthest = 60.0;
 /* share by which it is shorter for rho */
 static const sg_real etcher_axis_settle = 0.0009609937348221343;
+/* m: so near to a place is at it */
+static const sg_real etcher_axis_standing = 2.5e-05;
 /* m: no command beyond it */
 static const sg_real etcher_axis_command_limit = 0.375;
 /* the bounds are drawn in by this share */

@@ -13,7 +13,8 @@ typedef enum {
     SG_NOT_FINITE = 6,   /* an input is NaN or infinite; the plan goes on without it */
     SG_OUT_OF_RANGE = 7, /* an input is outside its declared range; likewise */
     SG_OVERFLOW = 8,     /* no room for another interval; nothing was taken */
-    SG_NOT_READY = 9     /* called before a successful reset */
+    SG_NOT_READY = 9,    /* called before a successful reset */
+    SG_UNREACHABLE = 10  /* the path cannot be followed: the machine stands until it is given another */
 } sg_status;
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design e5413155c9917186. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 2df8fd9b7b96227c. */
 /* SPRG-MPC cascade for a two-stage machine */
 #ifndef TWO_STAGE_H
 #define TWO_STAGE_H
@@ -80,8 +80,8 @@ typedef struct {
     int32_t pending; /* 1 [0 .. 3000]: points taken and not yet processed */
     int32_t iterations_x; /* 1 [0 .. 186]: iterations of the MPC's program */
     int32_t iterations_y; /* 1 [0 .. 186]: iterations of the MPC's program */
-    int32_t status_x; /* 1 [0 .. 9]: status of this axis */
-    int32_t status_y; /* 1 [0 .. 9]: status of this axis */
+    int32_t status_x; /* 1 [0 .. 10]: status of this axis */
+    int32_t status_y; /* 1 [0 .. 10]: status of this axis */
 } two_stage_step_out;
 
 typedef struct {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design e5413155c9917186. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design 2df8fd9b7b96227c. */
 /* Spatial reference governor (14)-(15), both axes */
 #ifndef TWO_STAGE_GOVERNOR_H
 #define TWO_STAGE_GOVERNOR_H

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from mpc.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * Tracking MPC (16) of one axis: condensed QP (19), PQP (20)-(21), Corollary 1
  *

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design e5413155c9917186. */
+/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design 2df8fd9b7b96227c. */
 /* The scalar of the kernels, and the kernels: for the sources of two_stage only. */
 #ifndef TWO_STAGE_SCALAR_H
 #define TWO_STAGE_SCALAR_H

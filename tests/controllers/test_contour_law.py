@@ -26,9 +26,9 @@ class GivenTangents:
     """In place of a sweep: tangents of any length up to one, as they are."""
 
     def __init__(self, tangents: np.ndarray, share: float, count: int) -> None:
-        self.slide = Slide(
-            tangents[:count], 1.0 - share * np.sum(tangents[:count] ** 2, axis=1), len(tangents)
-        )
+        along = tangents[:count]
+        price = 1.0 - share * np.sum(along**2, axis=1)
+        self.slide = Slide(along, price, along, np.ones(count), len(tangents))
 
     def __call__(self, points: np.ndarray, course: Course) -> tuple[Slide, Course]:
         return self.slide, course

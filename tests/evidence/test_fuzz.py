@@ -68,8 +68,8 @@ def test_the_corpus_is_small_and_named_by_content():
 
     kinds = sorted(folder.name for folder in corpus_dir().iterdir())
     assert kinds == [
-        *("cascade", "cascade_sprg", "command_governor", "command_governor_axis", "fast"),
-        *("governor", "lookup_clips", "lookup_tree", "mpc", "servo_mpc", "servo_pid"),
+        *("cascade", "cascade_sprg", "command_governor", "command_governor_axis", "contour_lq"),
+        *("fast", "governor", "lookup_clips", "lookup_tree", "mpc", "servo_mpc", "servo_pid"),
     ]
     total = 0
     for kind in kinds:

@@ -18,7 +18,7 @@ from servogen.steps.prepare import prepare
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
-SYSTEMS = ("two_stage", "servo_drive", "command_governor")
+SYSTEMS = ("two_stage", "servo_drive", "command_governor", "contour_lq")
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?f?(?![\w.])")
 HASH = re.compile(r"\b(?=[0-9]*[a-f])[0-9a-f]{16,64}\b")
 RELATIVE = 1e-9

@@ -8,6 +8,7 @@ import numpy as np
 
 from servogen.controllers.arithmetic import cast, scalar_type
 from servogen.controllers.contour_lq_design import ContourAxis, ContourLqDesign
+from servogen.controllers.contour_slide_bounds import slide_bounds
 from servogen.controllers.contour_slides import solve_slides
 from servogen.controllers.contour_tangent import Course, TangentSweep
 from servogen.precision import FloatArray, Precision
@@ -51,7 +52,10 @@ class SlidingLaw:
         p = design.precision
         self._slides = design.count > 0
         self._axes = tuple(AxisLaw(axis, p) for axis in design.axes)
-        self._least_price = scalar_type(p)(design.least_price)
+        real = scalar_type(p)
+        bounds = slide_bounds(design)
+        self._least_price = real(design.least_price)
+        self._stiffest, self._farthest = real(bounds.stiffest), real(bounds.farthest)
         count = design.count or design.preview
         self._sweep = TangentSweep(len(design.axes), count, design.share, design.apart, p)
 
@@ -68,6 +72,8 @@ class SlidingLaw:
                 slide.price,
                 [axis.errors(own) for axis, own in zip(self._axes, given, strict=True)],
                 self._least_price,
+                self._stiffest,
+                self._farthest,
             )
             for a, axis in enumerate(self._axes):
                 commands[a] = commands[a] + axis.slid(slide.along[:, a], s)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from servogen.controllers.contour_lq_design import HIDDEN_BOUND, ContourAxis, ContourLqDesign
+from servogen.controllers.contour_slide_bounds import slide_bounds
 from servogen.controllers.design import (
     Constant,
     Declaration,
@@ -14,6 +17,9 @@ from servogen.controllers.design import (
     StateField,
     Table,
 )
+
+# Of a direction: its largest component is one, but for rounding.
+LEAST_SQUARE = Constant("least_square", 0.5, "no direction's square is below, nor that of two")
 
 
 def contour_inputs(design: ContourLqDesign) -> tuple[Port, tuple[Port, ...], Port]:
@@ -121,13 +127,51 @@ def _form_dimensions(design: ContourLqDesign) -> tuple[Dimension, ...]:
 
 def _form_constants(design: ContourLqDesign) -> tuple[Constant, ...]:
     if design.table is not None:
-        return (Constant("half_angles", 0.5 * design.table.entries, "of them in a quarter turn"),)
-    if design.count:
+        entries = float(design.table.entries)
         return (
+            Constant("angles", entries, "as above"),
+            Constant("half_angles", 0.5 * entries, "of them in a quarter turn"),
+            LEAST_SQUARE,
+        )
+    if design.count:
+        bounds = slide_bounds(design)
+        return (
+            LEAST_SQUARE,
             Constant("share", design.share, "beta / (alpha + beta)"),
             Constant("least_price", design.least_price, "alpha / (alpha + beta), below any pivot"),
+            Constant("stiffest", bounds.stiffest, "nothing left of the slides' matrix is beyond"),
+            Constant("farthest", bounds.farthest, "m: no slide is, nor what becomes one"),
         )
     return ()
+
+
+@dataclass(frozen=True)
+class AxisPlace:
+    """Where an axis is in what holds all of them: number, first of its hidden states and how many,
+    first of (d, y, xi) and how many."""
+
+    name: str
+    number: int
+    first_hidden: int
+    hidden: int
+    first_given: int
+    given: int
+
+
+def axis_places(design: ContourLqDesign) -> tuple[AxisPlace, ...]:
+    """Of all axes, in their order."""
+    places, hidden, given = [], 0, 0
+    for number, (name, axis) in enumerate(zip(design.names, design.axes, strict=True)):
+        own = design.preview + axis.model.order
+        places.append(AxisPlace(name, number, hidden, axis.model.hidden, given, own))
+        hidden, given = hidden + axis.model.hidden, given + own
+    return tuple(places)
+
+
+def _given_dimensions(places: tuple[AxisPlace, ...]) -> tuple[Dimension, ...]:
+    each = (Dimension(f"GIVEN_{a.name.upper()}", a.given, f"of {a.name}") for a in places)
+    total = sum(a.given for a in places)
+    return (Dimension("GIVEN", total, "references, position, hidden states of all axes"), *each)
 
 
 def _angle_tables(design: ContourLqDesign) -> tuple[Table, ...]:
@@ -144,7 +188,7 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
     named = list(zip(design.names, design.axes, strict=True))
     position, hidden, reference = contour_inputs(design)
     outputs = contour_outputs(design)
-    slides = _slides(design)
+    slides, places = _slides(design), axis_places(design)
     return Declaration(
         kind="contour_lq",
         prefix=design.prefix,
@@ -157,11 +201,12 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             *_form_dimensions(design),
             Dimension("HIDDEN", design.hidden, "states but the positions, all axes"),
             *(Dimension(f"HIDDEN_{n.upper()}", a.model.hidden, f"of {n}") for n, a in named),
+            *_given_dimensions(places),
         ),
         constants=(
             Constant("apart", design.apart, "m: points nearer than this make no direction"),
             *_form_constants(design),
-            Constant("hidden_bound", HIDDEN_BOUND, "largest hidden state"),
+            *(Constant("hidden_bound", HIDDEN_BOUND, "largest hidden state") for _ in hidden),
             Constant("twice_reach", 2.0 * design.reach, "two positions are not farther apart"),
             *(constant for n, a in named for constant in _axis_constants(n, a)),
         ),
@@ -195,9 +240,9 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             ),
         ),
         facts={
-            "slides": slides,
+            "form": "angles" if design.table else "slides" if design.count else "known",
+            "mirrors": (design.table.at if design.table else design.count) == design.preview,
             "hidden": bool(hidden),
-            "tabulated": design.table is not None,
-            "names": list(design.names),
+            "axes": places,
         },
     )

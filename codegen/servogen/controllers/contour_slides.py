@@ -16,28 +16,37 @@ def solve_slides(
     price: FloatArray,
     errors: Sequence[FloatArray],
     least_pivot: np.floating,
+    stiffest: np.floating,
+    farthest: np.floating,
 ) -> FloatArray:
     """(S,) s of [price + sum_a T_a P_a T_a] s = sum_a T_a e_a with T_a = diag(along[:, a]).
 
     L D L' by columns; a pivot is never below the least price in exact arithmetic, so the bound by
-    ``least_pivot`` changes none and there is no division by zero to be had.
+    ``least_pivot`` changes none and there is no division by zero to be had. Nor is anything left of
+    the matrix, or of the solution on its way, beyond the other two bounds, see ``slide_bounds``.
 
     Args:
         stiffness, errors: of each axis, (S, S) and (S,). along: (S, p). price: (S,).
     """
+
+    def near(x: np.floating) -> np.floating:
+        return min(max(x, -farthest), farthest)
+
     count = price.size
     matrix, s = _system(stiffness, along, errors)
     matrix[np.diag_indices(count)] += price
     inverse = np.empty_like(price)
     for k in range(count):
         inverse[k] = price.dtype.type(1.0) / max(matrix[k, k], least_pivot)
-        column = matrix[k + 1 :, k].copy()
+        column = np.minimum(np.maximum(matrix[k + 1 :, k], -stiffest), stiffest)
         factor = column * inverse[k]
         matrix[k + 1 :, k + 1 :] -= factor[:, None] * column[None, :]
         matrix[k + 1 :, k] = factor
+        s[k] = near(s[k])
         s[k + 1 :] -= factor * s[k]
     s *= inverse
-    for k in range(count - 1, 0, -1):
+    for k in range(count - 1, -1, -1):
+        s[k] = near(s[k])
         s[:k] -= matrix[k, :k] * s[k]
     return s
 

@@ -30,10 +30,10 @@ class TabulatedLaw:
         """See ``Law``."""
         slide, course = self._sweep(points, course)
         commands = [dot(first, own) for first, own in zip(self._first, given, strict=True)]
-        way, length = slide.along[self._at - 1], slide.price[self._at - 1]
-        if way[0] * way[0] + way[1] * way[1] > self._real(0.0):
-            share = (way[0] * way[0] + way[1] * way[1]) / length
-            place, rest = self._place(way)
+        if slide.known:
+            phi = slide.kept[self._at - 1]
+            share = phi * phi
+            place, rest = self._place(slide.middle[self._at - 1])
             both = np.concatenate(given)
             low = matvec(self._gains[place], both)
             high = matvec(self._gains[place + 1], both)
@@ -42,7 +42,8 @@ class TabulatedLaw:
         return commands, slide.known, course
 
     def _place(self, way: FloatArray) -> tuple[int, np.floating]:
-        """The entry before this direction, and the share of the way to the next."""
+        """The entry before this direction, of whatever length, and the share of the way to the
+        next."""
         one, zero = self._real(1.0), self._real(0.0)
         c, s = (way[0], way[1]) if way[0] >= zero else (-way[0], -way[1])
         place = (s / (c + abs(s)) + one) * self._half

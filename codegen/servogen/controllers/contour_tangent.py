@@ -21,7 +21,7 @@ ought to have goes to the price of its slide, see ``Slide.price``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,12 +56,16 @@ class Slide:
         along: (S, p) t_j, of any length; zeros where no direction is known.
         price: (S,) tau_j (1 - beta/q phi^2) for tau_j the squared length of t_j / phi, or one:
             with it the weight is (alpha + beta) I - beta phi^2 t t' / |t|^2.
+        middle: (S, p) t_j / phi_j, never shorter than one where a direction is known.
+        kept: (S,) phi_j.
         known: number of points j = 1..N with a direction.
     """
 
     along: FloatArray
     price: FloatArray
-    known: int = field(default=0)
+    middle: FloatArray
+    kept: FloatArray
+    known: int
 
 
 class TangentSweep:
@@ -76,7 +80,8 @@ class TangentSweep:
     def __call__(self, points: FloatArray, course: Course) -> tuple[Slide, Course]:
         """Of points (N + 1, p), the present one first; the course then is that up to it."""
         reached, fresh, after = self._forward(points, course)
-        along = np.zeros((self._count, self._axes), dtype=self._dtype)
+        middle = np.zeros((self._count, self._axes), dtype=self._dtype)
+        kept = np.zeros(self._count, dtype=self._dtype)
         price = np.ones(self._count, dtype=self._dtype)
         left = self._beyond(reached) if fresh[-1] else np.zeros_like(course.point)
         known = 0
@@ -86,10 +91,11 @@ class TangentSweep:
             found = self._square(before) > self._zero
             known += int(found)
             if found and j <= self._count:
-                along[j - 1], price[j - 1] = self._between(before, behind)
+                middle[j - 1], kept[j - 1] = self._between(before, behind)
+                price[j - 1] = self._price(middle[j - 1], kept[j - 1])
             if fresh[j]:
                 left = reached[j]  # of the last point: by which it leaves the one before
-        return Slide(along, price, known), after
+        return Slide(middle * kept[:, None], price, middle, kept, known), after
 
     def _forward(self, points: FloatArray, course: Course) -> tuple[FloatArray, list[bool], Course]:
         reached = np.zeros_like(points)
@@ -117,8 +123,11 @@ class TangentSweep:
         squared = (cosine * cosine) / (self._square(before) * self._square(behind))
         phi = squared * (self._two - squared)
         middle = before + behind if cosine >= self._zero else before - behind
-        price = self._square(middle) * (self._one - (self._share * phi) * phi)
-        return middle * phi, price
+        return middle, phi
+
+    def _price(self, middle: FloatArray, phi: np.floating) -> np.floating:
+        price: np.floating = self._square(middle) * (self._one - (self._share * phi) * phi)
+        return price
 
     def _square(self, x: FloatArray) -> np.floating:
         return self._dot(x, x)

@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from servogen.outputs import write_file
+from servogen.project.contour_schema import ContourFile
 from servogen.project.fields import expected_text, unit_of
 from servogen.project.governor_schema import GovernorFile
 from servogen.project.schema import ProjectFile
@@ -27,6 +28,7 @@ SYSTEMS: dict[str, Model] = {
     "two_stage": ProjectFile,
     "servo_drive": ServoFile,
     "command_governor": GovernorFile,
+    "contour_lq": ContourFile,
 }
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from servogen.errors import InputError
+from servogen.project.contour_load import ContourProject, load_contour_project
 from servogen.project.fields import one_of
 from servogen.project.governor_load import GovernorProject, load_governor_project
 from servogen.project.load import Project, load_project
@@ -13,11 +14,12 @@ from servogen.project.servo_load import ServoProject, load_servo_project
 from servogen.project.toml_text import read_toml
 from servogen.project.translate import value_text
 
-AnyProject = Project | ServoProject | GovernorProject
+AnyProject = Project | ServoProject | GovernorProject | ContourProject
 _LOADERS: dict[str, Callable[[Path], AnyProject]] = {
     "two_stage": load_project,
     "servo_drive": load_servo_project,
     "command_governor": load_governor_project,
+    "contour_lq": load_contour_project,
 }
 SYSTEMS = tuple(_LOADERS)
 

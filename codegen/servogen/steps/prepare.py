@@ -9,10 +9,11 @@ from servogen.emit.package import CPackage
 from servogen.precision import PRECISIONS, Precision
 from servogen.progress import Progress
 from servogen.project import Project
+from servogen.project.contour_load import ContourProject
 from servogen.project.governor_load import GovernorProject
 from servogen.project.servo_load import ServoProject
 from servogen.project.systems import AnyProject
-from servogen.steps import governor, servo_drive, two_stage
+from servogen.steps import contour, governor, servo_drive, two_stage
 from servogen.steps.counted import emit_counted
 from servogen.steps.system import Simulated, Studied, System
 from servogen.steps.target import check_target
@@ -71,8 +72,10 @@ def prepare(project: AnyProject, progress: Progress) -> Prepared[Any, Any]:
             return Prepared(servo_drive.prepare_servo(project, progress))
         case GovernorProject():
             return Prepared(governor.prepare_governor(project, progress))
+        case ContourProject():
+            return Prepared(contour.prepare_contour(project, progress))
 
 
 def proof_titles() -> dict[str, str]:
     """The proofs of every system, name -> title, in the order of the certificate."""
-    return {**two_stage.PROOFS, **servo_drive.PROOFS, **governor.PROOFS}
+    return {**two_stage.PROOFS, **servo_drive.PROOFS, **governor.PROOFS, **contour.PROOFS}

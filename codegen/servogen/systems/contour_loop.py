@@ -6,7 +6,7 @@ contour, to the nearest one, which a motion tells by its own ``distance``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,16 +55,20 @@ def run_contour(
     machine: Sequence[Discrete],
     motion: ContourMotion,
     samples: int,
-    encoder_m: float | None = None,
+    encoder_m: float | FloatArray | None = None,
+    moving: bool = True,
+    advance: Callable[[], None] | None = None,
 ) -> ContourRun:
-    """``controller`` of ``design`` on ``machine``, already moving with the contour.
+    """``controller`` of ``design`` on ``machine``, already moving with the contour or at rest.
 
     Args:
         machine: the axes as they are; those of the design where the model is right. States of the
             controller are in the design's coordinates, so orders have to agree without an encoder.
-        encoder_m: its count; None: the whole state is known.
+        encoder_m: its count, or (p,) of each axis; None: the whole state is known.
+        advance: told of every sample.
     """
-    states = [moving_state(axis, motion.points[:, a]) for a, axis in enumerate(machine)]
+    first = motion.points[:2] if moving else np.repeat(motion.points[:1], 2, axis=0)
+    states = [moving_state(axis, first[:, a]) for a, axis in enumerate(machine)]
     controller.call("reset", {"position": motion.points[0]})
     outputs, commands, told = [], [], []
     for k in range(samples):
@@ -86,6 +90,8 @@ def run_contour(
         states = [
             axis.a @ x + axis.b * u for axis, x, u in zip(machine, states, command, strict=True)
         ]
+        if advance is not None:
+            advance()
     answers = np.array(told)
     return ContourRun(
         motion,

@@ -12,9 +12,12 @@ from servogen.precision import FloatArray
 # Pieces of a curve between two samples that a distance is measured to: their own distance from the
 # curve is a hundredth of that of a piece from sample to sample.
 PIECES = 10
-# Samples before and after the one that was due among whose pieces the nearest is sought: a curve
+# Samples before and after the one that was due among whose points the nearest is sought: a curve
 # that crosses itself passes by again much later.
 NEAR = 20
+# Samples before and after the nearest of these points whose pieces are measured to: past a corner
+# that is taken within one the nearest piece may be on the other leg.
+AROUND = 2
 # Parameters at which a curve is sampled to find its length.
 DENSE = 40_000
 
@@ -74,9 +77,14 @@ def traced(fine: FloatArray) -> ContourMotion:
 
     def distance(positions: FloatArray, first: int) -> FloatArray:
         due = PIECES * (first + np.arange(len(positions)))
+        nearest, least = due, np.full(len(positions), np.inf)
+        for offset in range(-PIECES * NEAR, PIECES * NEAR + 1, PIECES):
+            at = np.clip(due + offset, 0, len(fine) - 1)
+            square = np.sum((positions - fine[at]) ** 2, axis=1)
+            nearest, least = np.where(square < least, at, nearest), np.minimum(least, square)
         least = np.full(len(positions), np.inf)
-        for offset in range(-PIECES * NEAR, PIECES * NEAR):
-            at = np.clip(due + offset, 0, len(fine) - 2)
+        for offset in range(-PIECES * AROUND, PIECES * AROUND):
+            at = np.clip(nearest + offset, 0, len(fine) - 2)
             least = np.minimum(least, _to_pieces(positions, fine[at], fine[at + 1]))
         return least
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design ea791249e1cb9c617b77f5f932e83a8c9d60b6df6fd42683313308aeeaf9f15b.
+ * Design a3efd11ab80d3f60621547db72d554fa05fd919202a2c541cab217082203e5f0.
  *
  * What callers of etcher_axis may rely on, for Frama-C Eva in place of etcher_axis.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -32,7 +32,7 @@ sg_status etcher_axis_reset(etcher_axis_t *self, const etcher_axis_reset_in *in)
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     etcher_axis_anything(self);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status etcher_axis_foresee(etcher_axis_t *self, const etcher_axis_foresee_in *in, etcher_axis_foresee_out *out)
@@ -49,7 +49,7 @@ sg_status etcher_axis_foresee(etcher_axis_t *self, const etcher_axis_foresee_in 
     for (int i = 0; i < 42; i++) {
         out->greatest[i] = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     }
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status etcher_axis_step(etcher_axis_t *self, const etcher_axis_step_in *in, etcher_axis_step_out *out)
@@ -71,14 +71,8 @@ sg_status etcher_axis_step(etcher_axis_t *self, const etcher_axis_step_in *in, e
     etcher_axis_anything(self);
     out->command = sg_promise(-0.375, 0.375);
     out->iterations = sg_promise_count(0, 45);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
-}
-
-void etcher_axis_hold(etcher_axis_t *self, etcher_axis_hold_out *out)
-{
-    /*@ assert \initialized(&self->begun) && self->begun == SG_BEGUN; */ ;
-    etcher_axis_anything(self);
-    out->command = sg_promise(-0.375, 0.375);
+    out->standing = sg_promise_count(0, 1);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status etcher_axis_predict(const etcher_axis_t *self, const etcher_axis_predict_in *in, etcher_axis_predict_out *out)
@@ -92,5 +86,5 @@ sg_status etcher_axis_predict(const etcher_axis_t *self, const etcher_axis_predi
     out->position = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     out->velocity = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     out->acceleration = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }

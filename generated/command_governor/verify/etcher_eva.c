@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design ea791249e1cb9c617b77f5f932e83a8c9d60b6df6fd42683313308aeeaf9f15b.
+ * Design a3efd11ab80d3f60621547db72d554fa05fd919202a2c541cab217082203e5f0.
  *
  * What Frama-C Eva is given of etcher: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract etcher_contract.c promises to the callers.
@@ -26,7 +26,7 @@ static void try_reset(etcher_t *self)
     in.position_x = sg_draw(-0.375, 0.375);
     in.position_y = sg_draw(-0.375, 0.375);
     const sg_status status = etcher_reset(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -43,7 +43,7 @@ static void try_predict(etcher_t *self)
     in.y_velocity = sg_draw(-0.4, 0.4);
     in.y_acceleration = sg_draw(-40.0, 40.0);
     const sg_status status = etcher_predict(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.x_position); */ ;
     /*@ assert \is_finite(out.x_velocity); */ ;
@@ -79,7 +79,7 @@ static void try_step(etcher_t *self)
     }
     in.n_points = sg_draw_count(0, 8000);
     const sg_status status = etcher_step(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert 0 <= out.points_taken <= 500; */ ;
     /*@ assert \is_finite(out.command_x) && -0.375d <= out.command_x <= 0.375d; */ ;

@@ -25,7 +25,7 @@ static void try_reset(headstock_mpc_t *self)
     headstock_mpc_reset_in in;
     in.position = sg_draw(-36000.0f, 36000.0f);
     const sg_status status = headstock_mpc_reset(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -40,7 +40,7 @@ static void try_step(headstock_mpc_t *self)
         in.reference[i] = sg_draw(-36000.0f, 36000.0f);
     }
     const sg_status status = headstock_mpc_step(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.current) && -1000.0f <= out.current <= 1000.0f; */ ;
     held(self);

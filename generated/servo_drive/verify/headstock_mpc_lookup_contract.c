@@ -34,7 +34,7 @@ sg_status headstock_mpc_lookup_find(headstock_mpc_lookup_t *self, const headstoc
         out->move[i] = sg_promise(-1000.0f, 1000.0f);
     }
     out->law = sg_promise_count(-1, 8);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status headstock_mpc_lookup_solve(headstock_mpc_lookup_t *self, const headstock_mpc_lookup_solve_in *in, headstock_mpc_lookup_solve_out *out)
@@ -49,5 +49,5 @@ sg_status headstock_mpc_lookup_solve(headstock_mpc_lookup_t *self, const headsto
         out->move[i] = sg_promise(-1000.0f, 1000.0f);
     }
     out->law = sg_promise_count(-1, 8);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }

@@ -28,7 +28,7 @@ static void try_find(headstock_mpc_lookup_t *self)
         in.theta[i] = sg_draw(-1.0e+20f, 1.0e+20f);
     }
     const sg_status status = headstock_mpc_lookup_find(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     for (int i = 0; i < 1; i++) {
         /*@ assert \is_finite(out.move[i]) && -1000.0f <= out.move[i] <= 1000.0f; */ ;
@@ -46,7 +46,7 @@ static void try_solve(headstock_mpc_lookup_t *self)
         in.theta[i] = sg_promise(-1.0e+20f, 1.0e+20f);
     }
     const sg_status status = headstock_mpc_lookup_solve(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     for (int i = 0; i < 1; i++) {
         /*@ assert \is_finite(out.move[i]) && -1000.0f <= out.move[i] <= 1000.0f; */ ;

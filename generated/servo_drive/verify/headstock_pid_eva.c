@@ -25,7 +25,7 @@ static void try_reset(headstock_pid_t *self)
     headstock_pid_reset_in in;
     in.position = sg_draw(-36000.0f, 36000.0f);
     const sg_status status = headstock_pid_reset(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -38,7 +38,7 @@ static void try_step(headstock_pid_t *self)
     in.position = sg_draw(-36000.0f, 36000.0f);
     in.reference = sg_draw(-36000.0f, 36000.0f);
     const sg_status status = headstock_pid_step(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.wanted) && -1000.0f <= out.wanted <= 1000.0f; */ ;
     held(self);
@@ -49,7 +49,7 @@ static void try_filter_step(headstock_pid_t *self)
 {
     headstock_pid_filter_step_out out;
     const sg_status status = headstock_pid_filter_step(self, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.current) && -1000.0f <= out.current <= 1000.0f; */ ;
     held(self);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What Frama-C Eva is given of two_stage: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract two_stage_contract.c promises to the callers.
@@ -26,7 +26,7 @@ static void try_reset(two_stage_t *self)
     in.position_x = sg_draw(-0.4, 0.4);
     in.position_y = sg_draw(-0.4, 0.4);
     const sg_status status = two_stage_reset(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -50,7 +50,7 @@ static void try_step(two_stage_t *self)
     }
     in.n_points = sg_draw_count(0, 150);
     const sg_status status = two_stage_step(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.command_x) && -0.6000000000000001d <= out.command_x <= 0.6000000000000001d; */ ;
     /*@ assert \is_finite(out.command_y) && -0.6000000000000001d <= out.command_y <= 0.6000000000000001d; */ ;
@@ -59,8 +59,8 @@ static void try_step(two_stage_t *self)
     /*@ assert 0 <= out.pending <= 3000; */ ;
     /*@ assert 0 <= out.iterations_x <= 186; */ ;
     /*@ assert 0 <= out.iterations_y <= 186; */ ;
-    /*@ assert 0 <= out.status_x <= 9; */ ;
-    /*@ assert 0 <= out.status_y <= 9; */ ;
+    /*@ assert 0 <= out.status_x <= 10; */ ;
+    /*@ assert 0 <= out.status_y <= 10; */ ;
     held(self);
     sg_forget();
 }
@@ -76,7 +76,7 @@ static void try_predict(two_stage_t *self)
     in.y_velocity = sg_draw(-2.8, 2.8);
     in.y_acceleration = sg_draw(-58.84, 58.84);
     const sg_status status = two_stage_predict(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.x_position); */ ;
     /*@ assert \is_finite(out.x_velocity); */ ;
@@ -106,7 +106,7 @@ static void try_plan(two_stage_t *self)
     }
     in.n_points = sg_draw_count(0, 150);
     const sg_status status = two_stage_plan(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.command_x) && -0.6000000000000001d <= out.command_x <= 0.6000000000000001d; */ ;
     /*@ assert \is_finite(out.command_y) && -0.6000000000000001d <= out.command_y <= 0.6000000000000001d; */ ;
@@ -115,8 +115,8 @@ static void try_plan(two_stage_t *self)
     /*@ assert 0 <= out.pending <= 3000; */ ;
     /*@ assert 0 <= out.iterations_x <= 186; */ ;
     /*@ assert 0 <= out.iterations_y <= 186; */ ;
-    /*@ assert 0 <= out.status_x <= 9; */ ;
-    /*@ assert 0 <= out.status_y <= 9; */ ;
+    /*@ assert 0 <= out.status_x <= 10; */ ;
+    /*@ assert 0 <= out.status_y <= 10; */ ;
     held(self);
     sg_forget();
 }
@@ -125,7 +125,7 @@ static void try_start(two_stage_t *self)
 {
     two_stage_start_out out;
     const sg_status status = two_stage_start(self, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.command_x) && -0.6000000000000001d <= out.command_x <= 0.6000000000000001d; */ ;
     /*@ assert \is_finite(out.command_y) && -0.6000000000000001d <= out.command_y <= 0.6000000000000001d; */ ;

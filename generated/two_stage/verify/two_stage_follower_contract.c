@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What callers of two_stage_follower may rely on, for Frama-C Eva in place of two_stage_follower.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -29,7 +29,7 @@ sg_status two_stage_follower_reset(two_stage_follower_t *self, const two_stage_f
     /*@ assert \initialized(&in->position_x) && (SG_EVA_INPUTS == 2 || \is_finite(in->position_x)); */ ;
     /*@ assert \initialized(&in->position_y) && (SG_EVA_INPUTS == 2 || \is_finite(in->position_y)); */ ;
     two_stage_follower_anything(self);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_follower_push_in *in)
@@ -44,7 +44,7 @@ sg_status two_stage_follower_push(two_stage_follower_t *self, const two_stage_fo
     }
     /*@ assert \initialized(&in->n_points); */ ;
     two_stage_follower_anything(self);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_follower_begin_in *in, two_stage_follower_begin_out *out)
@@ -61,7 +61,7 @@ sg_status two_stage_follower_begin(two_stage_follower_t *self, const two_stage_f
     /*@ assert \initialized(&in->slow_command_y) && (SG_EVA_INPUTS == 2 || \is_finite(in->slow_command_y)); */ ;
     two_stage_follower_anything(self);
     out->interval_points = sg_promise_count(0, 150);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 void two_stage_follower_room(const two_stage_follower_t *self, two_stage_follower_room_out *out)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What Frama-C Eva is given of two_stage_follower: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract two_stage_follower_contract.c promises to the callers.
@@ -26,7 +26,7 @@ static void try_reset(two_stage_follower_t *self)
     in.position_x = sg_draw(-0.4, 0.4);
     in.position_y = sg_draw(-0.4, 0.4);
     const sg_status status = two_stage_follower_reset(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -43,7 +43,7 @@ static void try_push(two_stage_follower_t *self)
     }
     in.n_points = sg_draw_count(0, 150);
     const sg_status status = two_stage_follower_push(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -62,7 +62,7 @@ static void try_begin(two_stage_follower_t *self)
     in.y_acceleration = sg_draw(-58.84, 58.84);
     in.slow_command_y = sg_draw(-0.6000000000000001, 0.6000000000000001);
     const sg_status status = two_stage_follower_begin(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert 0 <= out.interval_points <= 150; */ ;
     held(self);

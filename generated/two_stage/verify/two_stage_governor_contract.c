@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What callers of two_stage_governor may rely on, for Frama-C Eva in place of two_stage_governor.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -49,5 +49,5 @@ sg_status two_stage_governor_step(two_stage_governor_t *self, const two_stage_go
     out->reference_y = sg_promise(-0.4, 0.4);
     out->low_y = sg_promise(-0.4, 0.4);
     out->high_y = sg_promise(-0.4, 0.4);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }

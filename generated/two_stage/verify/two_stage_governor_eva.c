@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What Frama-C Eva is given of two_stage_governor: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract two_stage_governor_contract.c promises to the callers.
@@ -40,7 +40,7 @@ static void try_step(two_stage_governor_t *self)
     }
     in.n_points = sg_draw_count(0, 150);
     const sg_status status = two_stage_governor_step(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert 0 <= out.points_taken <= 150; */ ;
     /*@ assert \is_finite(out.reference_x) && -0.4d <= out.reference_x <= 0.4d; */ ;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What callers of two_stage_mpc may rely on, for Frama-C Eva in place of two_stage_mpc.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may
@@ -32,7 +32,7 @@ sg_status two_stage_mpc_reset(two_stage_mpc_t *self, const two_stage_mpc_reset_i
     (void)in;
     /*@ assert \initialized(&in->position) && (SG_EVA_INPUTS == 2 || \is_finite(in->position)); */ ;
     two_stage_mpc_anything(self);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in *in)
@@ -41,7 +41,7 @@ sg_status two_stage_mpc_seed(two_stage_mpc_t *self, const two_stage_mpc_seed_in 
     (void)in;
     /*@ assert \initialized(&in->command) && (SG_EVA_INPUTS == 2 || \is_finite(in->command)); */ ;
     two_stage_mpc_anything(self);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_mpc_candidate_in *in, two_stage_mpc_candidate_out *out)
@@ -55,7 +55,7 @@ sg_status two_stage_mpc_candidate(const two_stage_mpc_t *self, const two_stage_m
     out->position = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     out->velocity = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     out->acceleration = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in *in, two_stage_mpc_step_out *out)
@@ -77,7 +77,7 @@ sg_status two_stage_mpc_step(two_stage_mpc_t *self, const two_stage_mpc_step_in 
     two_stage_mpc_anything(self);
     out->command = sg_promise(-0.6000000000000001, 0.6000000000000001);
     out->iterations = sg_promise_count(0, 186);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }
 
 sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in *in, two_stage_mpc_hold_out *out)
@@ -90,5 +90,5 @@ sg_status two_stage_mpc_hold(two_stage_mpc_t *self, const two_stage_mpc_hold_in 
     out->position = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     out->velocity = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
     out->acceleration = sg_promise(-SG_REAL_MAX, SG_REAL_MAX);
-    return (sg_status)Frama_C_interval(SG_OK, SG_NOT_READY);
+    return (sg_status)Frama_C_interval(SG_OK, SG_UNREACHABLE);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design e5413155c9917186fc31b5b1ba8f87390de9ff6e16753387117dd268976e4d9f.
+ * Design 2df8fd9b7b96227c8a47a2bccc487b135ad72d7fa713a19599e6540c03996ab1.
  *
  * What Frama-C Eva is given of two_stage_mpc: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract two_stage_mpc_contract.c promises to the callers.
@@ -29,7 +29,7 @@ static void try_reset(two_stage_mpc_t *self)
     two_stage_mpc_reset_in in;
     in.position = sg_draw(-0.6000000000000001, 0.6000000000000001);
     const sg_status status = two_stage_mpc_reset(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -40,7 +40,7 @@ static void try_seed(two_stage_mpc_t *self)
     two_stage_mpc_seed_in in;
     in.command = sg_draw(-0.6000000000000001, 0.6000000000000001);
     const sg_status status = two_stage_mpc_seed(self, &in);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     held(self);
     sg_forget();
@@ -54,7 +54,7 @@ static void try_candidate(two_stage_mpc_t *self)
     in.velocity = sg_draw(-2.8, 2.8);
     in.acceleration = sg_draw(-58.84, 58.84);
     const sg_status status = two_stage_mpc_candidate(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.position); */ ;
     /*@ assert \is_finite(out.velocity); */ ;
@@ -80,7 +80,7 @@ static void try_step(two_stage_mpc_t *self)
         in.high[i] = sg_draw(-0.6000000000000001, 0.6000000000000001);
     }
     const sg_status status = two_stage_mpc_step(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.command) && -0.6000000000000001d <= out.command <= 0.6000000000000001d; */ ;
     /*@ assert 0 <= out.iterations <= 186; */ ;
@@ -94,7 +94,7 @@ static void try_hold(two_stage_mpc_t *self)
     two_stage_mpc_hold_out out;
     in.reference = sg_draw(-0.4, 0.4);
     const sg_status status = two_stage_mpc_hold(self, &in, &out);
-    /*@ assert SG_OK <= status <= SG_NOT_READY; */
+    /*@ assert SG_OK <= status <= SG_UNREACHABLE; */
     (void)status;
     /*@ assert \is_finite(out.command) && -0.6000000000000001d <= out.command <= 0.6000000000000001d; */ ;
     /*@ assert \is_finite(out.position); */ ;

@@ -1,0 +1,164 @@
+"""A contour controller's run: the contour with its error magnified, errors, commands in time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from servogen.precision import FloatArray
+from servogen.reports.contour_data import ContourReportData
+from servogen.reports.decimation import simplify
+from servogen.reports.numbers import number
+from servogen.reports.style import (
+    PATH_COLOUR,
+    X_COLOUR,
+    Y_COLOUR,
+    Figure,
+    Trace,
+    layout,
+    limit,
+    limits,
+    line,
+    signal,
+)
+
+_TIME = "time [s]"
+Z_COLOUR = "#3a9d6e"
+COLOURS = {"x": X_COLOUR, "y": Y_COLOUR, "z": Z_COLOUR}
+# The magnified error is to take this share of the contour's extent where it is largest.
+_SHOWN_SHARE = 0.06
+# Of the contour's extent: a tenth of a pixel at tenfold zoom.
+_TOLERANCE_SHARE = 1e-5
+
+
+def run_figures(data: ContourReportData) -> list[Figure]:
+    """In the order of the page."""
+    return [contour_figure(data), error_figure(data), command_figure(data)]
+
+
+def contour_figure(data: ContourReportData) -> Figure:
+    """The contour from above and where the tool went, its distance from the contour magnified."""
+    task = data.machine.task
+    wanted = data.run.wanted[:, :2]
+    shown = slice(0, task.end) if task.last - task.first < 2 else slice(task.first, task.last)
+    away = _away(data)[:, :2]
+    extent = float(np.max(np.ptp(wanted, axis=0)))
+    largest = float(np.max(np.linalg.norm(away[shown], axis=1), initial=0.0))
+    factor = magnification(_SHOWN_SHARE * extent, largest)
+    drawn = 1e3 * (wanted + factor * away)[shown]
+    tolerance = _TOLERANCE_SHARE * 1e3 * extent
+    traces = [
+        _curve("contour", 1e3 * wanted[shown], tolerance, PATH_COLOUR, 1.2),
+        _curve(f"tool, error {number(factor)} times", drawn, tolerance, X_COLOUR, 1.6),
+    ]
+    shape = layout("x [mm]", ["y [mm]"])
+    shape["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
+    shape["xaxis"] |= {"constrain": "domain"}
+    shape["hovermode"] = "closest"
+    flat = "" if len(data.machine.axes) == 2 else " Seen from above; errors along z do not show."
+    return Figure(
+        "contour",
+        "Contour and tool",
+        f"What the tool is off the contour, across it, drawn {number(factor)} times as large, of "
+        f"the samples that count.{flat}",
+        traces,
+        shape,
+        height=640,
+        max_width="680px",
+        square=True,
+    )
+
+
+def magnification(wanted: float, largest: float) -> float:
+    """1, 2 or 5 times a power of ten, at most ``wanted`` over ``largest`` and at least one."""
+    if not largest > 0.0 or wanted <= largest:
+        return 1.0
+    ratio = wanted / largest
+    power = 10.0 ** np.floor(np.log10(ratio))
+    step = next(s for s in (5.0, 2.0, 1.0) if s * power <= ratio * (1.0 + 1e-12))
+    return float(step * power)
+
+
+def _away(data: ContourReportData) -> FloatArray:
+    """(K, p) part of the error across the contour: along it the tool is only early or late."""
+    wanted, off = data.run.wanted, data.run.output - data.run.wanted
+    points = data.machine.task.motion.points
+    ahead = points[1 : len(wanted) + 1] - wanted
+    length = np.linalg.norm(ahead, axis=1)
+    way = ahead / np.where(length > 0.0, length, 1.0)[:, None]
+    across = off - np.sum(off * way, axis=1)[:, None] * way
+    size = np.linalg.norm(across, axis=1)
+    scale = data.errors.contour / np.where(size > 0.0, size, 1.0)
+    result: FloatArray = across * scale[:, None]
+    return result
+
+
+def error_figure(data: ContourReportData) -> Figure:
+    """Contour and tracking errors over the whole run."""
+    time, span = _time(data)
+    traces = [
+        signal("contour error", time, 1e6 * data.errors.contour, X_COLOUR, 1),
+        limit("limit", span, 1e6 * data.machine.project.target.contour_error_limit_m, 1),
+        signal("tracking error", time, 1e6 * data.errors.tracking, Y_COLOUR, 2),
+        *_counted(data),
+    ]
+    return Figure(
+        "errors",
+        "Errors in time",
+        "Contour: to the nearest point of the contour. Tracking: to the point that was due. "
+        "Dotted: where the errors begin and end to count.",
+        traces,
+        layout(_TIME, ["contour error [µm]", "tracking error [µm]"]),
+        linked=True,
+        height=520,
+    )
+
+
+def _counted(data: ContourReportData) -> list[Trace]:
+    task, period = data.machine.task, data.design.sample_time_s
+    traces = []
+    for panel, values in ((1, data.errors.contour), (2, data.errors.tracking)):
+        top = 1e6 * float(np.max(values))
+        for place in (task.first, task.last):
+            at = period * place
+            traces.append(
+                line("counted", (at, at), (0.0, top), PATH_COLOUR, 1.0, panel, showlegend=False,
+                     hoverinfo="skip", line={"dash": "dot"})
+            )  # fmt: skip
+    return traces
+
+
+def command_figure(data: ContourReportData) -> Figure:
+    """Commands of every axis against their limits, and points ahead with a direction."""
+    time, span = _time(data)
+    traces: list[Trace] = []
+    shares = data.run.command / data.machine.limits
+    for a, name in enumerate(data.machine.names):
+        traces.append(signal(name, time, shares[:, a], COLOURS[name], 1))
+    if np.max(np.abs(shares)) > 0.25:
+        traces += limits(span, 1.0, 1)
+    held = {"line": {"shape": "hv"}}
+    known = data.run.known.astype(np.float64)
+    traces.append(signal("points known", time, known, PATH_COLOUR, 2, **held))
+    shape = layout(_TIME, ["command / limit [1]", "points [1]"])
+    shape["yaxis2"] |= {"range": [-0.5, data.design.preview + 0.5]}
+    return Figure(
+        "commands",
+        "Commands",
+        "As shares of their limits; and how many of the points ahead have a direction, without "
+        "which every error counts as one across the contour.",
+        traces,
+        shape,
+        linked=True,
+        height=480,
+    )
+
+
+def _time(data: ContourReportData) -> tuple[FloatArray, tuple[float, float]]:
+    time = data.design.sample_time_s * np.arange(len(data.run.output))
+    return time, (0.0, float(time[-1]))
+
+
+def _curve(name: str, points: FloatArray, tolerance: float, colour: str, width: float) -> Trace:
+    kept = points[simplify(points, tolerance)]
+    exact = {"simplify": False}  # else plotly makes polygons of small circles
+    return line(name, kept[:, 0], kept[:, 1], colour, width, line=exact)
