@@ -19,7 +19,7 @@ from servogen.systems.contour_motion import PIECES, ContourMotion, butterfly, tr
 from servogen.systems.judgement import of_the_project
 
 # Of a butterfly: a whole curve in turns of its parameter, and its farthest point of these units.
-BUTTERFLY_TURNS, BUTTERFLY_SIZE = 12.0, 4.1162
+BUTTERFLY_TURNS, BUTTERFLY_SIZE = 12.0, 5.050376
 DENSE = 60_000
 # Of its fastest velocity an axis may be asked for so much by a contour: the rest is to correct by.
 VELOCITY_SHARE = 0.9
