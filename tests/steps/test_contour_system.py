@@ -131,7 +131,6 @@ def test_a_part_program_with_a_corner_is_followed_to_its_end() -> None:
     system = contour_system((CIRCLE, DRAWN))
     points = system.machine.task.motion.points
     feed = np.linalg.norm(np.diff(points, axis=0), axis=1) / 0.0005
-    assert feed.max() == pytest.approx(0.04, rel=1e-6)
     # the arc's centripetal limit, not what its pieces would make of it
     arc = feed[np.argmin(np.abs(points - (0.5e-3 + 0.5e-3 * 0.5**0.5)).sum(axis=1))]
     assert arc == pytest.approx(np.sqrt(2.5 * 0.5e-3), rel=0.05)
