@@ -14,7 +14,7 @@ PROJECTS := two_stage/servogen two_stage/sprg_alone two_stage/unequal_axes two_s
 # out/two_stage for the project that `make run` is about, else out/<file>
 out_of = out/$(if $(filter servogen,$(notdir $(1))),$(patsubst %/,%,$(dir $(1))),$(notdir $(1)))
 
-.PHONY: run test lint format golden bench bench-docs browser clean seeded $(CHECKS) evidence certificate
+.PHONY: run test test-tools lint format golden bench bench-docs browser clean seeded $(CHECKS) evidence certificate
 
 run: $(STAMP)
 	$(BIN)/servogen run examples/$(SYSTEM)/servogen.toml -o $(OUT)
@@ -24,6 +24,10 @@ test: $(STAMP)
 	$(BIN)/ruff check codegen tests
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -n auto --dist loadgroup
+
+# The tests of the checks with what they start: Frama-C, QEMU, cppcheck, libFuzzer, a C6000's gcc.
+test-tools: $(STAMP)
+	$(BIN)/python -m pytest -n auto --dist loadgroup -m tools
 
 lint: $(STAMP)
 	$(BIN)/ruff check codegen tests

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from governor_designs import Shape, alike, governor, package
+from heavy_tools import needs_framac
 
 from servogen.emit.package import CPackage
 from servogen.evidence.bench import Subject
@@ -21,9 +21,6 @@ from servogen.sil.edges import edge_calls
 from servogen.sil.player import Play
 from servogen.steps.counted import count_emitted
 
-needs_framac = pytest.mark.skipif(
-    shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
-)
 SMALL = Shape("small", "float32", horizon=3, points=2, cap=6, sub_samples=1)
 
 

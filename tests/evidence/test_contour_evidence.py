@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
-
 import pytest
 from contour_bench import FORMS, covered, on_bench, subject
 from contour_designs import made, package
 from core_designs import temporary_folder
+from heavy_tools import needs_framac
 from small_bench import changed
 
 from servogen.emit.package import CPackage
@@ -18,9 +17,6 @@ from servogen.evidence.prove_run import prove
 from servogen.progress import Silent
 
 pytestmark = pytest.mark.xdist_group("contour evidence")
-needs_framac = pytest.mark.skipif(
-    shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
-)
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -43,6 +39,7 @@ def test_sanitizers_have_nothing_to_say() -> None:
     assert finding.passed, finding.faults
 
 
+@pytest.mark.tools
 def test_misra_holds() -> None:
     """The other forms are those of the example."""
     try:

@@ -209,6 +209,7 @@ def test_a_build_that_ends_well_is_moved_into_place(tmp_path):
     assert (home / "bin" / COMPILER).is_file()
 
 
+@pytest.mark.tools
 @needs_compiler
 def test_the_small_cascades_pass(tmp_path):
     finding = dsp.run(bench(BASE), Silent())
@@ -223,6 +224,7 @@ def test_the_small_cascades_pass(tmp_path):
     assert finding.figures["float64"]["bytes"].keys() == set(package(BASE).sources)
 
 
+@pytest.mark.tools
 @needs_compiler
 @pytest.mark.parametrize(
     ("old", "new", "said"),
@@ -239,6 +241,7 @@ def test_a_warning_or_a_call_is_found(old, new, said):
     assert any(said in fault for fault in finding.faults), finding.faults
 
 
+@pytest.mark.tools
 @needs_compiler
 def test_a_call_outside_the_package_is_named(tmp_path):
     text = "struct s { int a[99]; }; void f(struct s *x, struct s *y); double g(double a);\n"

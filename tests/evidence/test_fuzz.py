@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import shutil
 
 import pytest
 from core_designs import Variant, design, package
+from heavy_tools import needs_clang
 from small_bench import changed, subject
 
 from servogen.controllers.cascade_design import declare_parts
@@ -68,8 +68,8 @@ def test_the_corpus_is_small_and_named_by_content():
 
     kinds = sorted(folder.name for folder in corpus_dir().iterdir())
     assert kinds == [
-        *("cascade", "cascade_sprg", "fast", "governor", "lookup_clips", "lookup_tree", "mpc"),
-        *("servo_mpc", "servo_pid"),
+        *("cascade", "cascade_sprg", "command_governor", "command_governor_axis", "fast"),
+        *("governor", "lookup_clips", "lookup_tree", "mpc", "servo_mpc", "servo_pid"),
     ]
     total = 0
     for kind in kinds:
@@ -118,7 +118,7 @@ def test_an_absurd_number_of_points_is_no_overflow(tmp_path):
     assert faults == []
 
 
-@pytest.mark.skipif(shutil.which("clang") is None, reason="no clang here; make fuzz needs it")
+@needs_clang
 def test_libfuzzer_runs_every_target_and_keeps_what_is_new(monkeypatch, tmp_path):
     fuzz.require_libfuzzer()
     monkeypatch.setenv("FUZZ_SECONDS", "1")

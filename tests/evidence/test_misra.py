@@ -21,6 +21,7 @@ from servogen.evidence.misra_run import Report, Violation, examine
 from servogen.evidence.misra_tool import Cppcheck, find_cppchecks
 from servogen.evidence.tools import ToolMissing
 
+pytestmark = pytest.mark.tools
 PAGE = Path(__file__).parents[2] / "docs" / "misra-deviations.md"
 SMALL = Variant(prefix="small", horizon=2, points=5, ramp=1, precision="float32")
 ENTRY = """

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+from heavy_tools import needs_framac
 
 from servogen.controllers.motion_window_design import MotionWindowDesign, declare_motion_window
 from servogen.emit.package import CPackage, emit_package
@@ -24,10 +24,6 @@ from servogen.sil.motion_calls import motion_window_calls
 from servogen.sil.player import Play
 from servogen.steps.counted import count_emitted
 
-needs_framac = pytest.mark.skipif(
-    shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
-)
-
 
 def design(precision: str, free_end: bool) -> MotionWindowDesign:
     window, block = (7, 3) if free_end else (3, 8)
@@ -40,6 +36,7 @@ def package(precision: str, free_end: bool) -> CPackage:
     return emit_package("moved", (declare_motion_window(design(precision, free_end)),))
 
 
+@pytest.mark.tools
 @pytest.mark.parametrize("free_end", [False, True])
 def test_no_misra_rule_is_broken_but_those_that_are_declared(free_end: bool) -> None:
     made = package("float32", free_end)

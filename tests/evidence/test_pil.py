@@ -48,7 +48,8 @@ def board() -> None:
 
 def on_board(test: Callable[..., None]) -> Callable[..., None]:
     """Wants the tools; all such tests on one worker, which builds what they share once."""
-    return pytest.mark.usefixtures("board")(pytest.mark.xdist_group("pil")(test))
+    grouped = pytest.mark.xdist_group("pil")(test)
+    return pytest.mark.tools(pytest.mark.usefixtures("board")(grouped))
 
 
 MARKS = "00000010 T sg_player_begin\n00000014 T sg_player_end\n"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 
 import pytest
 from core_designs import temporary_folder
+from heavy_tools import needs_framac
 from servo_bench import AXES, bench, covered, subject
 from servo_designs import Axis, package
 from small_bench import changed
@@ -20,9 +20,6 @@ from servogen.progress import Silent
 
 pytestmark = pytest.mark.xdist_group("servo evidence")
 HEAD = AXES["headstock"]
-needs_framac = pytest.mark.skipif(
-    shutil.which("frama-c") is None, reason="no frama-c here; make prove needs it"
-)
 
 
 @pytest.mark.parametrize("name", ["headstock", "slide"])
@@ -77,6 +74,7 @@ def test_kept_sequences_run_clean_under_sanitizers() -> None:
     assert finding.passed, finding.faults
 
 
+@pytest.mark.tools
 def test_misra_holds() -> None:
     try:
         misra.find_cppchecks()

@@ -178,7 +178,7 @@ GOVERNOR = "[controller.governor]\n"
         ("sub_samples = 3", "sub_samples = 21", "sub_samples is 21"),
         ('"after"', '"before"', 'expected "after" or "at"'),
         ("sub_step_stroke = false", "sub_step_stroke = 0", "is 0, expected true or false"),
-        ('"target"  ', "0  ", "iteration_cap is 0, expected a whole number from 1 to 100000 or"),
+        ('"target"  ', "0  ", "iteration_cap is 0, expected a whole number from 3 to 100000 or"),
         ("points_ahead = 8000", "points_ahead = 500",
          "points_ahead is 500, expected more than the 500 points that a slow period can take"),
         ("points_ahead = 8000", "points_ahead = 0", "points_ahead is 0, expected a whole number"),

@@ -108,9 +108,9 @@ def test_backups_are_counted_and_a_standstill_is_a_failed_check(tmp_path: Path) 
     assert found.row.backups > 0
     assert not found.passed
     assert found.row.faults == []
-    one = small_project(tmp_path, ("iteration_cap = 150", "iteration_cap = 1"), pattern)
+    one = GovernorSystem(replace(system.machine, cap=1))
     with pytest.raises(CheckFailed, match=r"the closed loop stalled: after \d+ slow periods only"):
-        prepare_governor(one, Silent()).simulate(None, Silent())
+        one.simulate(None, Silent())
 
 
 def test_the_comparison_has_every_controller_on_both_references() -> None:
@@ -218,6 +218,15 @@ def test_the_target_decides_the_cap(tmp_path: Path) -> None:
         prepare(none, Silent())
 
 
+def test_a_target_without_room_for_a_plan_to_get_on_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servogen.steps.governor.allowed_cap", lambda *_: 2)
+    tight = small_project(tmp_path, ("iteration_cap = 150    ", 'iteration_cap = "target"'))
+    with pytest.raises(CheckFailed, match="room for 2 of the 3 iterations"):
+        prepare_governor(tight, Silent())
+
+
 def test_the_points_ahead_are_those_of_the_file(tmp_path: Path) -> None:
     assert small_system().figures["points_ahead"] == 300
     everything = ("points_ahead = 300  ", 'points_ahead = "all"')
@@ -285,6 +294,8 @@ def test_a_pattern_beyond_the_axis_may_have_a_motion_that_is_not(tmp_path: Path)
          r"the path takes 1\.\d\de\+150 s, expected feeds and units that give at most"),
         (('model = "equal_poles"           ', 'model = "transfer_function"\nnumerator = [1]\n'
           "denominator = [1, 3, -3, 1]  "), r"machine\.x\.slow\."),
+        (("acceleration_limit_m_per_s2 = 10.0", "acceleration_limit_m_per_s2 = 1e-12"),
+         r"machine\.x\.slow, expected a linear program that solves"),
     ],
 )  # fmt: skip
 def test_what_a_design_refuses_is_told_with_its_key(
@@ -293,6 +304,13 @@ def test_what_a_design_refuses_is_told_with_its_key(
     with pytest.raises(InputError, match=told) as caught:
         prepare_governor(small_project(tmp_path, change), Silent())
     assert "\n" not in str(caught.value)
+
+
+def test_a_stage_that_settles_within_a_period_is_judged_too(tmp_path: Path) -> None:
+    """Nothing of the stroke is left for what a plan's end leaves open."""
+    quick = ("pole_rad_per_s = 20.0", "pole_rad_per_s = 50000.0")
+    system = prepare_governor(small_project(tmp_path, quick), Silent())
+    assert system.design.axes[0].program.settle_m == 0.0
 
 
 def test_the_margin_keeps_the_stroke_between_the_samples(tmp_path: Path) -> None:

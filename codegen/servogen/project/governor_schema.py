@@ -24,6 +24,9 @@ from servogen.project.schema import (
 # The window of points that a plan can use is an array of the emitted C's arguments, twice for each
 # axis.
 MOST_WINDOW = 200_000
+# With one or two iterations a period a plan that needs more of them may never get on while the tool
+# stands still: drawings then stall.
+LEAST_CAP = 3
 
 
 class Motion(Section):
@@ -98,9 +101,9 @@ class GovernorSolver(Section):
     """The dual active-set method that solves (17), one program an axis."""
 
     iteration_cap: Annotated[
-        Literal["target"] | Annotated[int, Field(ge=1, le=MAX_ITERATIONS)],
+        Literal["target"] | Annotated[int, Field(ge=LEAST_CAP, le=MAX_ITERATIONS)],
         told(
-            f'a whole number from 1 to {MAX_ITERATIONS} or "target"',
+            f'a whole number from {LEAST_CAP} to {MAX_ITERATIONS} or "target"',
             description="iterations, then the plan before, moved on; target: as many as fit its "
             "budget",
         ),

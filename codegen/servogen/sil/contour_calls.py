@@ -57,15 +57,17 @@ def contour_calls(
 
 
 def arriving_calls(design: ContourLqDesign) -> Iterator[Call]:
-    """A machine that stands: a motion comes into the preview point by point, and its end too."""
+    """A machine that stands: a motion comes into the preview point by point, and its end too; in a
+    direction between the axes, and to both sides along each."""
     axes, ahead = len(design.axes), design.preview + 1
-    way = 4.0 * design.apart * np.arange(1.0, axes + 1.0)
+    ways = 4.0 * design.apart * np.vstack([np.arange(1.0, axes + 1.0), np.eye(axes), -np.eye(axes)])
     steps = np.concatenate([np.zeros(ahead + 2), np.ones(3), np.zeros(ahead + 2)])
-    points = np.outer(np.cumsum(steps), way)
-    yield Call("reset", {"position": np.zeros(axes)})
-    for k in range(len(steps) - ahead):
-        reference = points[k : k + ahead].ravel()
-        yield Call("step", {"position": points[k], "reference": reference})
+    for way in ways:
+        points = np.outer(np.cumsum(steps), way)
+        yield Call("reset", {"position": np.zeros(axes)})
+        for k in range(len(steps) - ahead):
+            reference = points[k : k + ahead].ravel()
+            yield Call("step", {"position": points[k], "reference": reference})
 
 
 def contour(design: ContourLqDesign, rng: np.random.Generator, count: int) -> FloatArray:

@@ -17,6 +17,7 @@ from servogen.errors import CheckFailed
 from servogen.precision import Precision
 from servogen.progress import Progress
 from servogen.project.governor_load import GovernorProject
+from servogen.project.governor_schema import LEAST_CAP
 from servogen.reports import GovernorReportData, make_governor_report
 from servogen.sil.governor_scenarios import governor_suite
 from servogen.sil.harness import Repeating
@@ -169,7 +170,7 @@ def prepare_governor(project: GovernorProject, progress: Progress) -> GovernorSy
     Raises:
         InputError: whatever is wrong with the project, and a drawing that the governor might not
             finish.
-        CheckFailed: ``iteration_cap = "target"`` and not one iteration fits.
+        CheckFailed: ``iteration_cap = "target"`` and fewer iterations fit than a plan needs.
     """
     with progress.task("Stages, extended sets, path, minimal motion"):
         machine = governor_machine(project)
@@ -184,4 +185,11 @@ def _allowed_cap(machine: GovernorMachine) -> int:
         return emit_package(machine.project.name, system.declarations(machine.precision))
 
     target = project_target(machine.project)
-    return allowed_cap(package_at, machine.cap, target, machine.project.target.share)
+    cap = allowed_cap(package_at, machine.cap, target, machine.project.target.share)
+    if cap < LEAST_CAP:
+        raise CheckFailed(
+            f"the target's share of the period has room for {cap} of the {LEAST_CAP} iterations "
+            "that a plan needs at least to get on: take a larger target.share, fewer points_ahead "
+            "or a shorter horizon"
+        )
+    return cap

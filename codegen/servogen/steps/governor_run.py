@@ -41,7 +41,7 @@ class GovernorSimulation:
         if share > BACKUP_SHARE:
             found.append(
                 f"backups on {share:.1%} of the axis steps, at most {BACKUP_SHARE:.0%}: "
-                "fewer with a larger iteration_cap, weight_reference or target.share, or a "
+                "fewer with a larger weight_reference, target.share or iteration_cap, or a "
                 "smaller horizon"
             )
         return found

@@ -165,7 +165,7 @@ def governor_design(
         prefix = f"{name}_axis" if machine.alike else f"{name}_{key}"
         try:
             axes.append(design_axis_governor(prefix, target, slow, admissible, settings))
-        except DesignError as error:
+        except (DesignError, SetError) as error:
             raise _fault(project, key, error) from error
         if machine.alike:
             axes.append(axes[0])
@@ -229,7 +229,7 @@ def _check_path(machine: GovernorMachine, design: CommandGovernorDesign) -> None
     fault = drawing_fault(design, machine.points, machine.reference, reserve)
     if fault is not None:
         place = describe_point(machine.timed, fault.point)
-        told = "where the tool might wait for ever"
+        told = "out of reach, so that the tool might wait for ever"
         raise InputError(machine.project.path.file, place, told, fault.expected)
 
 

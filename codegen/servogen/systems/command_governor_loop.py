@@ -198,7 +198,7 @@ def drawing_fault(
     """
     for i, (name, axis) in enumerate(zip(AXES, design.axes, strict=True)):
         program = axis.program
-        steady = float(np.min(program.limit[program.settle > 0.0])) * program.scale_m
+        steady = float(program.limit[-1]) * program.scale_m  # V' is the last row
         own, slow = points[:, i], reference[:, i]
         reach = program.stroke_m - epsilon_m + ROUNDING_M
         step = 2.0 * program.stroke_m - program.settle_m - epsilon_m

@@ -198,12 +198,21 @@ def _between(machine: GovernorMachine) -> Iterator[Setting]:
 
 
 def _ahead(machine: GovernorMachine) -> Iterator[Setting]:
-    horizon = machine.project.controller.governor.horizon
+    governor = machine.project.controller.governor
+    most = (governor.horizon + 1) * machine.ratio + 1
+    own = most if governor.points_ahead == "all" else min(most, governor.points_ahead)
     for periods in PERIODS_AHEAD:
-        if periods <= horizon:
-            points = periods * machine.ratio + 1
+        points = periods * machine.ratio + 1
+        if points < own:
             yield Setting(f"{points} points", ahead=points)
-    yield Setting(f"{(horizon + 1) * machine.ratio + 1} points, all that a plan can use")
+    told = "all that a plan can use"
+    if own < most:
+        yield Setting(f"{own} points, the project's")
+        yield Setting(
+            f"{most} points, {told}", partial(_governed, machine, {"points_ahead": "all"})
+        )
+    else:
+        yield Setting(f"{most} points, {told}")
 
 
 def _reserve(machine: GovernorMachine) -> Iterator[Setting]:
