@@ -78,7 +78,7 @@ def matrices(a: str, b: str = "[1, 0]") -> str:
         ("repetitions = 4", "repetitions = 4\nrise_m = 0.001", "0 without a third axis"),
         ("sample_time_s = 0.0005", "sample_time_s = 0.001", "expected 0.0005, at which machine.x"),
         ("command_limit = 20.0 ", "command_limit = -1 ", "machine.x.command_limit is -1, expected"),
-        ("command_limit = 20.0 ", "command_limit = 1.0 ", "machine.x.command_limit = 1.0 gives"),
+        ("command_limit = 20.0 ", "command_limit = 2.3 ", "machine.x.command_limit = 2.3 gives"),
         ("encoder_m = 0.8e-6", "encoder_m = 0.8e-6\nspeed = 3", "speed is an unknown key"),
         ("encoder_m = 0.8e-6", "encoder_um = 0.8", "the key encoder_m, in m"),
         ("encoder_m = 0.8e-6", "encoder_m = 0", "machine.x.encoder_m is 0, expected a"),
