@@ -75,6 +75,7 @@ def matrices(a: str, b: str = "[1, 0]") -> str:
         ("radius_m = 0.001", "radius_m = 0.06", "at most machine.x.position_limit_m = 0.05"),
         ("radius_m = 0.001", "size_m = 0.001", "size_m"),
         ("= 0.05                     # 3", "= 2.0 #", "contour.feed_m_per_s is 2.0, expected at"),
+        ("= 0.05                     # 3", "= 1e-6 #", "a feed that ends within 1,000,000 samples"),
         ("repetitions = 4", "repetitions = 4\nrise_m = 0.001", "0 without a third axis"),
         ("sample_time_s = 0.0005", "sample_time_s = 0.001", "expected 0.0005, at which machine.x"),
         ("command_limit = 20.0 ", "command_limit = -1 ", "machine.x.command_limit is -1, expected"),

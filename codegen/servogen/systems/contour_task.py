@@ -25,8 +25,8 @@ DENSE = 60_000
 VELOCITY_SHARE = 0.9
 # Samples that the axes are held at the end, to see them come to rest.
 REST = 200
-# More samples than this (an hour at 2 kHz) is a wrong unit or a feed near zero.
-MOST_SAMPLES = 8_000_000
+# More samples than this (eight minutes at 2 kHz) are not held in memory with all between them.
+MOST_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -191,6 +191,12 @@ def _drawn(project: ContourProject, path: ContourPath, gains: Sequence[float]) -
         tool_path = load_tool_path(settings, path.file)
         timed = time_path(tool_path, motion_limits, period, path.feed_scale)
     end = len(timed.points) - 1
+    if end > MOST_SAMPLES:
+        raise project.error(
+            "path.feed_m_per_s",
+            path.feed_m_per_s,
+            f"a feed that ends within {MOST_SAMPLES:,} samples",
+        )
     fine = _between(timed)
     rest = np.repeat(fine[-1:], (end + 2 * REST) * PIECES - len(fine), axis=0)
     flat = np.vstack([fine, rest])
