@@ -184,7 +184,7 @@ def test_the_traceback_of_an_internal_error_is_there_when_asked_for(
         (("build", "one.toml", "two.toml"), ("two.toml",)),
         (
             ("init", "gantry", "there"),
-            ("SYSTEM is gantry", "one of command_governor, servo_drive, two_stage"),
+            ("SYSTEM is gantry", "one of command_governor, contour_lq, servo_drive, two_stage"),
         ),
         (("init", "../two_stage", "there"), ("SYSTEM is ../two_stage",)),
     ],

@@ -37,6 +37,6 @@ def test_a_key_of_a_physical_quantity_has_its_unit(keys: tuple[str, ...]) -> Non
     quantity = re.search(
         r"time|limit|range|bandwidth|feed(?!_ramp|_scale)|acceler|cutoff", keys[-1]
     )
-    names = {"range_check", "acceleration_period", "weight_acceleration"}
+    names = {"range_check", "acceleration_period", "weight_acceleration", "command_limit"}
     if quantity and keys[-1] not in names:
         assert keys[-1].endswith(tuple(f"_{unit}" for unit in UNITS))

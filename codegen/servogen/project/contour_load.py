@@ -85,7 +85,7 @@ def _build(path: Path, raw: dict[str, Any]) -> ContourProject:
     contour = found.contour or found.path
     if contour is None:
         expected = "a table: a curve, or a drawing in [path] in place of it"
-        raise InputError(path, "contour", None, expected)
+        raise InputError(path, "contour", "missing", expected)
     if found.contour is not None and found.path is not None:
         raise InputError(path, "path", "a table", "none beside [contour]: a drawing or a curve")
     project = ContourProject(

@@ -45,7 +45,7 @@ class ContourTable(Section):
         float, Field(gt=0, le=1e15, description="rho, on the squares of the commands")
     ] = 2e-9
     preview: Annotated[
-        int, Field(ge=2, le=MOST_PREVIEW, description="N_p, points of the contour known ahead")
+        int, Field(ge=1, le=MOST_PREVIEW, description="N_p, points of the contour known ahead")
     ] = 10
     terminal: Annotated[
         Literal["output", "stationary"],

@@ -26,6 +26,8 @@ Z_COLOUR = "#3a9d6e"
 COLOURS = {"x": X_COLOUR, "y": Y_COLOUR, "z": Z_COLOUR}
 # The magnified error is to take this share of the contour's extent where it is largest.
 _SHOWN_SHARE = 0.06
+# A limit that is so many times the largest value would leave a flat line to look at.
+_FAR = 5.0
 # Of the contour's extent: a tenth of a pixel at tenfold zoom.
 _TOLERANCE_SHARE = 1e-5
 
@@ -95,9 +97,14 @@ def _away(data: ContourReportData) -> FloatArray:
 def error_figure(data: ContourReportData) -> Figure:
     """Contour and tracking errors over the whole run."""
     time, span = _time(data)
-    traces = [
-        signal("contour error", time, 1e6 * data.errors.contour, X_COLOUR, 1),
-        limit("limit", span, 1e6 * data.machine.project.target.contour_error_limit_m, 1),
+    allowed, told = data.machine.project.target.contour_error_limit_m, ""
+    largest = float(np.max(data.errors.contour))
+    traces = [signal("contour error", time, 1e6 * data.errors.contour, X_COLOUR, 1)]
+    if allowed <= _FAR * largest:
+        traces.append(limit("limit", span, 1e6 * allowed, 1))
+    else:
+        told = f" The limit of {number(1e6 * allowed)} µm is beyond the picture."
+    traces += [
         signal("tracking error", time, 1e6 * data.errors.tracking, Y_COLOUR, 2),
         *_counted(data),
     ]
@@ -105,7 +112,7 @@ def error_figure(data: ContourReportData) -> Figure:
         "errors",
         "Errors in time",
         "Contour: to the nearest point of the contour. Tracking: to the point that was due. "
-        "Dotted: where the errors begin and end to count.",
+        f"Dotted: where the errors begin and end to count.{told}",
         traces,
         layout(_TIME, ["contour error [µm]", "tracking error [µm]"]),
         linked=True,
@@ -136,21 +143,17 @@ def command_figure(data: ContourReportData) -> Figure:
         traces.append(signal(name, time, shares[:, a], COLOURS[name], 1))
     if np.max(np.abs(shares)) > 0.25:
         traces += limits(span, 1.0, 1)
-    held = {"line": {"shape": "hv"}}
-    known = data.run.known.astype(np.float64)
-    traces.append(signal("points known", time, known, PATH_COLOUR, 2, **held))
-    shape = layout(_TIME, ["command / limit [1]", "points [1]"])
-    shape["yaxis2"] |= {"range": [-0.5, data.design.preview + 0.5]}
-    return Figure(
-        "commands",
-        "Commands",
-        "As shares of their limits; and how many of the points ahead have a direction, without "
-        "which every error counts as one across the contour.",
-        traces,
-        shape,
-        linked=True,
-        height=480,
-    )
+    known, titles = data.run.known.astype(np.float64), ["command / limit [1]"]
+    told = "As shares of their limits. "
+    if np.ptp(known) > 0.0:
+        held = {"line": {"shape": "hv"}}
+        traces.append(signal("points known", time, known, PATH_COLOUR, 2, **held))
+        titles.append("points [1]")
+        told += "Below: points ahead with a direction; without one every error is one of contour."
+    else:
+        told += f"All {number(data.design.preview)} points ahead had a direction in every sample."
+    shape = layout(_TIME, titles)
+    return Figure("commands", "Commands", told, traces, shape, linked=True, height=400)
 
 
 def _time(data: ContourReportData) -> tuple[FloatArray, tuple[float, float]]:

@@ -190,6 +190,8 @@ def study_table(study: ContourStudy) -> Table:
                "largest [µm]", "command of limit", "cut in samples")  # fmt: skip
     note = (
         "The project's contour at its feed, the whole state known but where encoders are named. "
+        "With alpha + beta on every error, tracking is weighted as heavily as contour is here: "
+        "what contour weight is worth shows against that. "
         "The paper's weights are for these drives times "
         f"{study.scale:.3g}, which makes them mean the same here."
     )

@@ -50,7 +50,7 @@ def circle(
 
 def butterfly(turn: FloatArray) -> FloatArray:
     """(K, 2) Fay's curve of parameters (K,) in turns of 2 pi: it closes after twelve, crosses
-    itself and bends sharply; its largest radius is about four."""
+    itself and bends sharply; its largest radius is about five."""
     t = 2.0 * np.pi * turn
     radius = np.exp(np.cos(t)) - 2.0 * np.cos(4.0 * t) + np.sin(t / 12.0) ** 5
     return np.column_stack([radius * np.sin(t), radius * np.cos(t)])

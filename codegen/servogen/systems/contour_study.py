@@ -50,7 +50,8 @@ ENTRIES, DIRECTION_AT = 64, 4
 # What single precision may change of an RMS error: metres, or a share of it.
 SINGLE_M, SINGLE_SHARE = 1e-8, 0.02
 
-PROJECT, PLAIN, ENCODER = "this project", "plain tracking, beta = 0", "this project, by encoders"
+PROJECT, ENCODER = "this project", "this project, by encoders"
+PLAIN, PLAIN_ALL = "plain tracking, beta = 0", "plain tracking, alpha + beta on every error"
 PREVIEWED, HELD = "finite preview [10]", "finite preview [10], standing still beyond it"
 _ENDS = {Terminal.OUTPUT: "C'QC", Terminal.STATIONARY: "H_s(Q_max)"}
 
@@ -128,7 +129,7 @@ def compare_contours(machine: ContourMachine, inside: Inside, progress: Progress
         inside: gives what runs a design, its reference or its C.
     """
     scale = weight_scale(machine)
-    total = 10 + len(CASES) + len(PREVIEWS) * 2 + len(CONTOUR_WEIGHTS) * 2
+    total = 9 + len(CASES) + len(PREVIEWS) * 2 + len(CONTOUR_WEIGHTS) * 2
     with progress.task("Comparing controllers", total=total) as task:
         course = _Course(machine, inside, task)
         rows = [*_own(course), *_cases(course, scale), *_baselines(course, scale)]
@@ -162,7 +163,9 @@ def _own(course: _Course) -> list[ContourRow]:
     machine = course.machine
     settings, own = contour_settings(machine.project), machine.precision
     other = FLOAT64 if own is FLOAT32 else FLOAT32
-    plain = with_weights(replace(settings, entries=0), settings.weights.tracking, 0.0)
+    isotropic = replace(settings, entries=0)
+    plain = with_weights(isotropic, settings.weights.tracking, 0.0)
+    heavy = with_weights(isotropic, settings.weights.largest, 0.0)
     ends = [end for end in Terminal if end is not settings.terminal]
     design = contour_design(machine)
     rows = [
@@ -170,6 +173,7 @@ def _own(course: _Course) -> list[ContourRow]:
         course.run(f"{PROJECT}, {other.name}", contour_design(machine, other)),
         course.run(ENCODER, design, encoders=True),
         course.run(PLAIN, contour_design(machine, settings=plain)),
+        course.run(PLAIN_ALL, contour_design(machine, settings=heavy)),
     ]
     for end in ends:
         changed = contour_design(machine, settings=replace(settings, terminal=end))

@@ -11,7 +11,7 @@ from servogen.errors import InputError
 from servogen.paths.load import load_tool_path
 from servogen.paths.profile import MotionLimits
 from servogen.paths.settings import PathSettings
-from servogen.paths.timing import time_path
+from servogen.paths.timing import TimedPath, time_path
 from servogen.precision import FloatArray
 from servogen.project.contour_load import ContourProject
 from servogen.project.contour_schema import ButterflyContour, CircleContour, ContourPath
@@ -19,14 +19,14 @@ from servogen.systems.contour_motion import PIECES, ContourMotion, butterfly, tr
 from servogen.systems.judgement import of_the_project
 
 # Of a butterfly: a whole curve in turns of its parameter, and its farthest point of these units.
-BUTTERFLY_TURNS, BUTTERFLY_SIZE = 12.0, 4.1162
+BUTTERFLY_TURNS, BUTTERFLY_SIZE = 12.0, 5.050376
 DENSE = 60_000
 # Of its fastest velocity an axis may be asked for so much by a contour: the rest is to correct by.
 VELOCITY_SHARE = 0.9
 # Samples that the axes are held at the end, to see them come to rest.
 REST = 200
-# More samples than this (an hour at 2 kHz) is a wrong unit or a feed near zero.
-MOST_SAMPLES = 8_000_000
+# More samples than this (eight minutes at 2 kHz) are not held in memory with all between them.
+MOST_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -165,8 +165,7 @@ def _along(time: FloatArray, total: float, ramp: float, feed: float, length: flo
 
 
 def _drawn(project: ContourProject, path: ContourPath, gains: Sequence[float]) -> ContourTask:
-    """Timed at a tenth of the period, so that the pieces that distances are measured to are those
-    of the drawing."""
+    """Timed, with the drawing's own points between those of two samples to measure distances to."""
     limits = [table.command_limit for _, table in project.axes[:2]]
     fastest = min(VELOCITY_SHARE * g * u for g, u in zip(gains, limits, strict=False))
     settings = PathSettings(
@@ -190,13 +189,32 @@ def _drawn(project: ContourProject, path: ContourPath, gains: Sequence[float]) -
     period = project.sampling.sample_time_s
     with of_the_project(project):
         tool_path = load_tool_path(settings, path.file)
-        timed = time_path(tool_path, motion_limits, period / PIECES, path.feed_scale)
-    end = int(np.ceil((len(timed.points) - 1) / PIECES))
-    rest = np.repeat(timed.points[-1:], (end + 2 * REST) * PIECES - len(timed.points), axis=0)
-    flat = np.vstack([timed.points, rest])
+        timed = time_path(tool_path, motion_limits, period, path.feed_scale)
+    end = len(timed.points) - 1
+    if end > MOST_SAMPLES:
+        raise project.error(
+            "path.feed_m_per_s",
+            path.feed_m_per_s,
+            f"a feed that ends within {MOST_SAMPLES:,} samples",
+        )
+    fine = _between(timed)
+    rest = np.repeat(fine[-1:], (end + 2 * REST) * PIECES - len(fine), axis=0)
+    flat = np.vstack([fine, rest])
     level = np.zeros((len(flat), len(project.axes) - 2))
     motion = traced(np.hstack([flat, level]))
     return ContourTask(motion, end + REST, False, 0, end, end)
+
+
+def _between(timed: TimedPath) -> FloatArray:
+    """(PIECES (K - 1) + 1, 2) points on the drawing, every tenth a timed one (K, 2)."""
+    corners = np.asarray(timed.tool_path.points, dtype=np.float64)
+    ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    places = ways[timed.piece] + np.linalg.norm(timed.points - corners[timed.piece], axis=1)
+    count = len(timed.points)
+    at = np.interp(np.arange(PIECES * (count - 1) + 1) / PIECES, np.arange(count), places)
+    fine = np.column_stack([np.interp(at, ways, column) for column in corners.T])
+    fine[::PIECES] = timed.points
+    return fine
 
 
 def _check_reach(project: ContourProject, task: ContourTask) -> None:
