@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from contour_bench import covered as on_contour
 from core_designs import Variant, design, package
 from governor_bench import covered as on_governor
 from servo_bench import AXES
@@ -88,6 +89,7 @@ def test_every_entry_of_the_list_is_needed_somewhere():
         *(covered(name) for name in VARIANTS),
         *(on_servo(name) for name in AXES),
         on_governor(),
+        on_contour("table at the end"),
     ]
     needed = {entry.branch for one in every for _, entry in one.compared.justified}
     stale = [str(entry.branch) for entry in reviewed() if entry.branch not in needed]

@@ -46,7 +46,7 @@ PLANTED = {
     "wrong status": (
         "fuzzed_follower.c",
         "status = (status == SG_OK) ? SG_OVERFLOW : status;",
-        "status = (sg_status)(SG_NOT_READY + 1);",
+        "status = (sg_status)(SG_UNREACHABLE + 1);",
         "none of the enumeration",
     ),
 }
