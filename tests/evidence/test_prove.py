@@ -81,7 +81,7 @@ def test_contracts_promise_what_drivers_claim_and_no_more(v):
                 assert f"out->{port.name}{'[i]' if port.size else ''} = sg_promise" in body
                 assert f"({low}, {high});" in body
         assert contract.count("&& self->begun == SG_BEGUN;") == len(d.operations)
-        assert contract.count("interval(SG_OK, SG_NOT_READY)") == sum(
+        assert contract.count("interval(SG_OK, SG_UNREACHABLE)") == sum(
             op.returns_status for op in d.operations
         )
         shown = made.files[contract_header(d.prefix)]

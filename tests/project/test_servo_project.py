@@ -239,7 +239,7 @@ def test_any_system_s_file_is_read_as_what_it_says(write: Write) -> None:
     assert isinstance(load_any_project(other), Project)
     for system in ('"gantry"', "3", "{a = 1}"):
         with pytest.raises(
-            InputError, match=r'system is .*, expected "two_stage", "servo_drive" or '
+            InputError, match=r'system is .*, expected "two_stage", "servo_drive", '
         ):
             load_any_project(write(TEXT.replace('"servo_drive"', system)))
     with pytest.raises(InputError, match=r"schema is missing"):

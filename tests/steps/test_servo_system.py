@@ -21,7 +21,7 @@ from servogen.progress import Silent
 from servogen.project.systems import load_any_project
 from servogen.sets.errors import SetError
 from servogen.sil.harness import Stepwise
-from servogen.steps import governor, two_stage
+from servogen.steps import contour, governor, two_stage
 from servogen.steps.check import titles, titles_of
 from servogen.steps.counted import budgets, emit_counted
 from servogen.steps.prepare import prepare
@@ -66,7 +66,8 @@ def test_the_checks_of_a_system_are_its_own() -> None:
     own = titles_of(example())
     assert list(own)[:2] == ["regions", "tree"]
     assert not set(own) & set(two_stage.PROOFS)
-    assert set(titles()) == set(own) | set(two_stage.PROOFS) | set(governor.PROOFS)
+    others = set(two_stage.PROOFS) | set(governor.PROOFS) | set(contour.PROOFS)
+    assert set(titles()) == set(own) | others
 
 
 def test_the_form_chosen_is_within_the_bounds_that_were_set() -> None:
