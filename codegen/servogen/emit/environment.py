@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import jinja2
 
@@ -15,9 +16,18 @@ COLUMNS = 96
 
 
 def make_environment(precision: Precision) -> jinja2.Environment:
-    """Strict about names, silent about white space; templates only lay out what is decided."""
+    """Strict about names, silent about white space; templates only lay out what is decided.
+
+    One for each precision, and with it its templates: to parse them takes ten times what it takes
+    to render them. One whose file was changed meanwhile is read again.
+    """
+    return _environment(precision, str(resource_dir("templates")))
+
+
+@cache
+def _environment(precision: Precision, folder: str) -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(str(resource_dir("templates"))),
+        loader=jinja2.FileSystemLoader(folder),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
