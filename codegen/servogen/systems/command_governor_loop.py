@@ -35,6 +35,19 @@ class Governor(Protocol):
     ) -> tuple[Status, dict[str, Value]]: ...
 
 
+# (count, 2) m of the points from the first number on: where the slow stages are sent while they are
+# machined, as far as it is known by then.
+Ahead = Callable[[int, int], FloatArray]
+
+
+class Unreachable(Stalled):
+    """The governor says that a path cannot be followed; ``point`` is the first out of reach."""
+
+    def __init__(self, point: int) -> None:
+        super().__init__(f"UNREACHABLE: both stages stand, and point {point} is out of reach")
+        self.point = point
+
+
 @dataclass(frozen=True)
 class GovernedRun:
     """What a closed loop did. K slow periods, M fast samples in each.
@@ -81,7 +94,7 @@ def run_governed(
     design: CommandGovernorDesign,
     slow: tuple[StateSpace, StateSpace],
     points: FloatArray,
-    reference: FloatArray,
+    reference: FloatArray | Ahead,
     governor: Governor,
     max_periods: int | None = None,
     advance: Callable[[], None] | None = None,
@@ -89,12 +102,13 @@ def run_governed(
     """Machine a path from its first point, where both stages stand.
 
     Args:
-        points: (J, 2) the pattern (7), m. reference: (J, 2) of the slow stages (19), m.
+        points: (J, 2) the pattern (7), m. reference: (J, 2) of the slow stages (19), m, or what
+            makes it while the path is machined.
         max_periods: stop there; None for the whole path.
         advance: called after every slow period.
 
     Raises:
-        Stalled: the path takes many times its ideal time.
+        Stalled: the path takes many times its ideal time; Unreachable: it cannot be followed.
     """
     ratio, n, last = design.points, design.axes[0].plant.order, len(points) - 1
     period = design.axes[0].plant.sample_time_s
@@ -109,9 +123,10 @@ def run_governed(
     first, limit = 0, int(STALLED * (2.0 * last / ratio + 100))
     while first < last and (max_periods is None or len(rows) < max_periods):
         count = min(design.window, last - first)
+        ahead = reference(first + 1, count) if callable(reference) else reference[first + 1 :]
         for i, axis in enumerate(AXES):
             window[f"points_{axis}"][:count] = points[first + 1 : first + 1 + count, i]
-            window[f"slow_{axis}"][:count] = reference[first + 1 : first + 1 + count, i]
+            window[f"slow_{axis}"][:count] = ahead[:count, i]
         inputs: dict[str, Value] = dict(zip(names, state.ravel(), strict=True))
         status, out = governor.call("step", {**inputs, **window, "n_points": count})
         command = np.array([float(np.asarray(out[f"command_{a}"])) for a in AXES])
@@ -125,6 +140,8 @@ def run_governed(
         state, first = moved[-1], first + taken
         if advance is not None:
             advance()
+        if status is Status.UNREACHABLE:  # of the same points for ever
+            raise Unreachable(first + 1)
         if len(rows) > limit:
             raise Stalled(f"after {len(rows)} slow periods only {first} of {last} points")
     table = np.array(rows, dtype=np.int64).reshape(-1, 7)
