@@ -14,8 +14,10 @@ from governor_example import SVG, compared, simulated, small_project, small_syst
 from servogen.controllers.design import Status, Value
 from servogen.errors import CheckFailed, InputError
 from servogen.jsontext import json_text
+from servogen.plants.statespace import StateSpace
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Silent
+from servogen.sets.errors import SetError
 from servogen.sil.harness import Stepwise
 from servogen.steps.check import titles, titles_of
 from servogen.steps.count import count
@@ -23,6 +25,7 @@ from servogen.steps.governor import GovernorSystem, prepare_governor
 from servogen.steps.governor_run import BACKUP_SHARE
 from servogen.steps.governor_study import GovernorStudyResult
 from servogen.steps.prepare import prepare
+from servogen.systems.command_governor_faults import part_fault
 from servogen.systems.command_governor_study import CASCADES, EXTENDED, LOW_PASS, PATH, REFERENCES
 
 
@@ -214,7 +217,10 @@ def test_the_target_decides_the_cap(tmp_path: Path) -> None:
     assert budget.largest_cap == half.system.figures["iteration_cap"] == half.system.machine.cap
     assert budget.total_cycles + budget.cycles_per_iteration > budget.budget_cycles
     none = small_project(tmp_path, target, ("share = 0.5", "share = 0.001"))
-    with pytest.raises(CheckFailed, match=r"not one iteration fits the target: .* over budget"):
+    with pytest.raises(
+        CheckFailed,
+        match=r"not one iteration fits the target: .* over budget.* larger target\.share",
+    ):
         prepare(none, Silent())
 
 
@@ -223,7 +229,9 @@ def test_a_target_without_room_for_a_plan_to_get_on_is_refused(
 ) -> None:
     monkeypatch.setattr("servogen.steps.governor.allowed_cap", lambda *_: 2)
     tight = small_project(tmp_path, ("iteration_cap = 150    ", 'iteration_cap = "target"'))
-    with pytest.raises(CheckFailed, match="room for 2 of the 3 iterations"):
+    with pytest.raises(
+        CheckFailed, match=r"room for \d of the \d iterations.* larger target\.share, fewer"
+    ):
         prepare_governor(tight, Silent())
 
 
@@ -246,6 +254,45 @@ def test_weights_that_float32_cannot_do_with_are_noted(tmp_path: Path) -> None:
     assert small_system().notes == ()
 
 
+def test_more_points_ahead_than_a_plan_can_use_and_an_axis_in_millimetres_are_noted() -> None:
+    machine = small_system().machine
+    own = machine.project
+    governor = own.controller.governor.model_copy(update={"points_ahead": 452})
+    controller = own.controller.model_copy(update={"governor": governor})
+    x = own.machine.x.slow.model_copy(update={"position_limit_m": (0.0, 250.0)})
+    axis = own.machine.x.model_copy(update={"slow": x})
+    axes = own.machine.model_copy(update={"x": axis, "y": axis})
+    project = replace(own, controller=controller, machine=axes)
+    assert GovernorSystem(replace(machine, project=project)).notes == (
+        "controller.governor.points_ahead = 452 is more than a plan can use: it is given 451, "
+        "(horizon + 1) M + 1",
+        "machine.x.slow.position_limit_m spans 250 m: lengths are in metres",
+    )
+
+
+@pytest.mark.parametrize("key", ["tightening", "horizon"])
+def test_a_slow_pole_is_what_its_own_set_fails_by(key: str) -> None:
+    machine = small_system().machine
+    error = SetError(key, 0.005, "one with which 300 instants determine the set")
+    slow = StateSpace(machine.slow[0].a * 0.05, machine.slow[0].b, machine.slow[0].c)
+    told = str(part_fault(machine.project, "y", slow, error))
+    assert "machine.y.slow.pole_rad_per_s is 20.0, expected a stage that is at rest 3.56 s" in told
+    quick = str(part_fault(machine.project, "y", machine.slow[1], error))
+    assert "pole" not in quick
+
+
+def test_a_path_that_cannot_be_followed_is_told_with_its_place() -> None:
+    """Of a machine whose drawing was not checked."""
+    machine = small_system().machine
+    apart = machine.points.copy()
+    apart[60:, 0] += 0.06
+    timed = replace(machine.timed, points=apart)
+    one = replace(small_system(), machine=replace(machine, timed=timed, motion=apart))
+    told = r"stalled: UNREACHABLE: both stages stand, and point 60 at \(.* m\), ellipse #one is out"
+    with pytest.raises(CheckFailed, match=told):
+        one.simulate(None, Silent())
+
+
 def test_the_figures_of_the_build_are_json() -> None:
     figures = json.loads(json_text(small_system().figures))
     assert figures["axes"]["x"]["variables"] == 9
@@ -259,7 +306,7 @@ STARTS_OUTSIDE = SVG.replace('cx="40" cy="-60"', 'cx="229.6" cy="-60"')
 @pytest.mark.parametrize(
     ("drawing", "reference", "told"),
     [
-        (OUTSIDE, "pattern", r"two\.svg: point \d+ at \(0\.\d+ m, 0\.249\d m\), circle #two is .*"
+        (OUTSIDE, "pattern", r"two\.svg: point \d+ at \(0\.\d+ m, 0\.249\d m\), circle #two .*"
          r"a reference 0\.124375 m or less from the middle of y, inside the axis"),
         (STARTS_OUTSIDE, "pattern", r"two\.svg: point 0 at \(0\.2496 m, .*a start 0\.124375 m"),
         (SVG.replace('"110"', '"300"'), "minimal_motion", r"point \d+ at .*middle of x"),
@@ -285,7 +332,8 @@ def test_a_pattern_beyond_the_axis_may_have_a_motion_that_is_not(tmp_path: Path)
     ("change", "told"),
     [
         (("stroke_reserve_m = 0.001", "stroke_reserve_m = 1e-6"),
-         r"stroke_reserve_m is 1e-06, expected more than 2\.\d+e-05 m"),
+         r"stroke_reserve_m is 1e-06, expected more than 4\.9e-05 m, .* "
+         r"controller\.governor\.steady_state_tightening = 0\.005"),
         (("pole_rad_per_s = 20.0", "pole_rad_per_s = 1e-300"),
          r"machine\.x\.slow\.pole_rad_per_s is 1e-300, expected a stage with"),
         (("traverse_feed_m_per_s = 0.8", "traverse_feed_m_per_s = 1e-300"),
@@ -295,7 +343,19 @@ def test_a_pattern_beyond_the_axis_may_have_a_motion_that_is_not(tmp_path: Path)
         (('model = "equal_poles"           ', 'model = "transfer_function"\nnumerator = [1]\n'
           "denominator = [1, 3, -3, 1]  "), r"machine\.x\.slow\."),
         (("acceleration_limit_m_per_s2 = 10.0", "acceleration_limit_m_per_s2 = 1e-12"),
-         r"machine\.x\.slow, expected a linear program that solves"),
+         r"machine\.x\.slow\.acceleration_limit_m_per_s2 is 1e-12, expected a limit with which"),
+        (("acceleration_limit_m_per_s2 = 10.0", "acceleration_limit_m_per_s2 = 1e-3"),
+         r"acceleration_limit_m_per_s2 is 0\.001, expected .* more than 2\.5e-05 m "
+         r".*stroke_reserve_m away, not 1e-05 m; a larger controller\.governor\.weight_reference"),
+        (("velocity_limit_m_per_s = 0.1", "velocity_limit_m_per_s = 1e-4"),
+         r"machine\.x\.slow\.velocity_limit_m_per_s is 0\.0001, expected a limit with which"),
+        (("pole_rad_per_s = 20.0", "pole_rad_per_s = 1e6"),
+         r"pole_rad_per_s is 1000000\.0, expected a stage with a sampled dc gain"),
+        (("position_limit_m = [0.0, 0.25]", "position_limit_m = [0.0, 250.0]"),
+         r"\(0\.0600 m, 0\.0600 m\), ellipse #one \(y upwards, an SVG's own is -y\) is out of .*"
+         r"start 124\.375 m or less from the middle of x, by machine\.x\.slow\.position_limit_m "
+         r"and controller\.governor\.steady_state_tightening \(machine\.x\.slow\.position_limit_m "
+         r"spans 250 m: lengths are in metres\)"),
     ],
 )  # fmt: skip
 def test_what_a_design_refuses_is_told_with_its_key(

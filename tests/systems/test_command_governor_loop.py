@@ -1,6 +1,7 @@
 """The extended command governor around its machine: whole paths, with and without a solver."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,10 @@ from servogen.controllers.errors import DesignError
 from servogen.controllers.mpc_solver import ActiveSetSolver, Answer
 from servogen.errors import InputError
 from servogen.precision import FLOAT32
-from servogen.systems.closed_loop import Stalled
+from servogen.systems.closed_loop import STALLED, Stalled
 from servogen.systems.command_governor_loop import (
     GovernedRun,
+    _longest_wait,
     check_drawing,
     excess,
     run_governed,
@@ -267,6 +269,18 @@ def test_a_reference_out_of_reach_stalls_and_is_refused_beforehand() -> None:
         check_drawing(chosen, PATH, away, EPSILON)
     check_drawing(chosen, PATH, MOTION, EPSILON)
     check_drawing(chosen, PATH, PATH, EPSILON)
+
+
+def test_a_slow_machine_waits_longer_before_it_counts_as_stalled() -> None:
+    """Many times what it takes for a step of twice the stroke."""
+    chosen = design()
+    x = chosen.axes[0]
+    assert 500 < _longest_wait(chosen) < 800
+    crawling = replace(x, reach=replace(x.reach, velocity_m_per_s=1e-3))
+    weak = replace(x, reach=replace(x.reach, acceleration_m_per_s2=1e-3))
+    step = 4.0 * STROKE / x.plant.sample_time_s
+    assert _longest_wait(replace(chosen, axes=(x, crawling))) > STALLED * step / 1e-3
+    assert _longest_wait(replace(chosen, axes=(weak, x))) > STALLED * step / (STROKE * 2e-3) ** 0.5
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +20,11 @@ from servogen.sil.compiled import CompiledController
 from servogen.sil.harness import compare
 from servogen.steps.governor import prepare_governor
 from servogen.steps.prepare import Prepared
+from servogen.steps.system import Findings
 from servogen.systems import command_governor_motion
+from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor_motion import motion_designs, streamed_motion
+from servogen.systems.command_governor_stream import StreamedReference
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
@@ -94,3 +98,40 @@ def test_the_pattern_is_not_streamed(tmp_path: Path) -> None:
     told = r'streamed_window is 400, expected 0 with reference = "pattern"'
     with pytest.raises(InputError, match=told):
         small_project(tmp_path, STREAMED, pattern)
+
+
+def test_the_stream_gives_what_the_windows_give_a_call_a_period() -> None:
+    rng = np.random.default_rng(7)
+    points = 0.1 + np.cumsum(rng.normal(0.0, 0.01, (200, 2)), axis=0)
+    designs = [MotionWindowDesign(f"m_{a}", FLOAT64, 30, 7, 0.02, 5.0, 0.1) for a in "xy"]
+    stream = StreamedReference((MotionWindow(designs[0]), MotionWindow(designs[1])), points)
+    whole = np.stack([streamed_motion(points[:, i], designs[i]) for i in range(2)], axis=1)
+    first = 0
+    while first < len(points) - 1:
+        count = min(20, len(points) - 1 - first)
+        np.testing.assert_array_equal(stream(first + 1, count), whole[first + 1 :][:count])
+        first += int(rng.integers(0, 8))
+    assert stream.steps[0] == -(-(30 + 21) // 7)
+    assert set(stream.steps[1:]) == {0, 1}
+
+
+def test_a_motion_that_refuses_its_points_ends_the_loop() -> None:
+    points = np.full((20, 2), 0.1)
+    points[9, 1] = 6.0
+    designs = [MotionWindowDesign(f"m_{a}", FLOAT64, 3, 7, 0.02, 5.0, 0.1) for a in "xy"]
+    stream = StreamedReference((MotionWindow(designs[0]), MotionWindow(designs[1])), points)
+    with pytest.raises(Stalled, match="m_y says OUT_OF_RANGE at point 13"):
+        stream(1, 10)
+
+
+def test_the_closed_loop_runs_the_c_of_the_motion(tmp_path: Path) -> None:
+    """Where it is sent comes from the C alone: what was made beforehand may be anything."""
+    system = prepare_governor(small_project(tmp_path, STREAMED), Silent())
+    spoilt = replace(system, machine=replace(system.machine, motion=system.machine.points))
+    package = Prepared(system).package
+    inside = spoilt.simulate(package, Silent())
+    assert inside.passed
+    assert inside.row.time_s != spoilt.simulate(None, Silent()).row.time_s
+    assert inside.row == system.simulate(None, Silent()).row
+    page = system.page(Findings(inside, {"passed": True, "design_hash": package.hash}))
+    assert "from another design" not in page

@@ -12,6 +12,7 @@ from servogen.controllers.design import design_hash
 from servogen.evidence.certificate import Certificate
 from servogen.systems.command_governor import GovernorMachine
 from servogen.systems.command_governor_loop import GovernedRun
+from servogen.systems.command_governor_motion import motion_declarations
 from servogen.systems.command_governor_rows import GovernorRow
 from servogen.systems.command_governor_study import GovernorStudy
 
@@ -45,5 +46,6 @@ class GovernorReportData:
 
     @property
     def digest(self) -> str:
-        """See ``Found``."""
-        return design_hash(declare_governor_parts(self.design))
+        """See ``Found``: of all that is emitted, the streamed motion too."""
+        motions = motion_declarations(self.machine.project, self.design.precision)
+        return design_hash((*motions, *declare_governor_parts(self.design)))

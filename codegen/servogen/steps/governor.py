@@ -34,6 +34,7 @@ from servogen.systems.command_governor import (
     governor_design,
     governor_machine,
 )
+from servogen.systems.command_governor_faults import long_axes
 from servogen.systems.command_governor_motion import motion_declarations, motion_designs
 from servogen.systems.command_governor_proofs import extended_claims
 from servogen.systems.command_governor_rows import judge_governed
@@ -42,6 +43,12 @@ from servogen.systems.command_governor_study import run_machine
 # R over Q. Along the bundled drawing's pattern float32 moved the plan on in 18 % of the steps at a
 # share of 0.01, 5 % at 0.1, 2 % at 1, 0.5 % at 10, none at 100, and was a tenth faster for it.
 FLOAT32_SHARE = 10.0
+
+# What gives a plan more of them.
+ROOM = (
+    "take a larger target.share, fewer controller.governor.points_ahead or a shorter "
+    "controller.governor.horizon"
+)
 
 PROOFS = {"extended_sets": "Extended sets proved"}
 
@@ -84,6 +91,10 @@ class GovernorSystem:
 
     @property
     def notes(self) -> tuple[str, ...]:
+        return (*self._weight_note, *self._ahead_note, *long_axes(self.project))
+
+    @property
+    def _weight_note(self) -> tuple[str, ...]:
         governor = self.project.controller.governor
         share = governor.weight_reference / governor.weight_auxiliary
         if not self.machine.precision.is_float32 or share >= FLOAT32_SHARE:
@@ -92,6 +103,16 @@ class GovernorSystem:
             f"controller.governor.weight_reference = {governor.weight_reference:g} is small for "
             "float32: plans may often not be improved and the one before be moved on, which keeps "
             f"every limit; {FLOAT32_SHARE * governor.weight_auxiliary:g} or more is as fast",
+        )
+
+    @property
+    def _ahead_note(self) -> tuple[str, ...]:
+        asked, window = self.project.controller.governor.points_ahead, self.design.window
+        if asked == "all" or asked <= window:
+            return ()
+        return (
+            f"controller.governor.points_ahead = {asked} is more than a plan can use: it is given "
+            f"{window}, (horizon + 1) M + 1",
         )
 
     @property
@@ -185,11 +206,13 @@ def _allowed_cap(machine: GovernorMachine) -> int:
         return emit_package(machine.project.name, system.declarations(machine.precision))
 
     target = project_target(machine.project)
-    cap = allowed_cap(package_at, machine.cap, target, machine.project.target.share)
+    try:
+        cap = allowed_cap(package_at, machine.cap, target, machine.project.target.share)
+    except CheckFailed as error:
+        raise CheckFailed(f"{error}: {ROOM}") from error
     if cap < LEAST_CAP:
         raise CheckFailed(
             f"the target's share of the period has room for {cap} of the {LEAST_CAP} iterations "
-            "that a plan needs at least to get on: take a larger target.share, fewer points_ahead "
-            "or a shorter horizon"
+            f"that a plan needs at least to get on: {ROOM}"
         )
     return cap

@@ -17,8 +17,9 @@ from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
 from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor import GovernorMachine
-from servogen.systems.command_governor_loop import GovernedRun, Governor
+from servogen.systems.command_governor_loop import Ahead, GovernedRun, Governor
 from servogen.systems.command_governor_rows import NAMES, GovernorRow, judge_governed
+from servogen.systems.command_governor_stream import StreamedReference
 from servogen.systems.command_governor_study import run_machine
 
 SCHEMA = "servogen.simulate_governor/1"
@@ -124,18 +125,19 @@ def simulate(
     """Machine the whole path.
 
     Args:
-        package: the C inside; None: the reference of ``design``.
+        package: the C inside, with a streamed motion that of the motion as well; None: the
+            reference of ``design``, sent to the motion that was made beforehand, the same numbers.
 
     Raises:
         CheckFailed: the loop stalled.
     """
     total = int(np.ceil(len(machine.points) / machine.ratio))
     with (
-        _controller(design, package) as governor,
+        _inside(machine, design, package) as (governor, ahead),
         progress.task("Closed loop", total=total) as task,
     ):
         try:
-            run = run_machine(machine, design, governor, None, task.advance)
+            run = run_machine(machine, design, governor, None, task.advance, ahead)
         except Stalled as stalled:
             raise CheckFailed(f"the closed loop stalled: {stalled}") from stalled
     row = judge_governed(machine.project.name, machine, run)
@@ -143,12 +145,24 @@ def simulate(
 
 
 @contextmanager
-def _controller(design: CommandGovernorDesign, package: CPackage | None) -> Iterator[Governor]:
+def _inside(
+    machine: GovernorMachine, design: CommandGovernorDesign, package: CPackage | None
+) -> Iterator[tuple[Governor, Ahead | None]]:
+    """The governor, and what streams the motion where that is C as well."""
     if package is None:
-        yield CommandGovernor(design)
+        yield CommandGovernor(design), None
         return
     with built(package) as module:
-        yield CompiledController(module, package.declarations[-1])
+        motions = [
+            CompiledController(module, one)
+            for one in package.declarations
+            if one.kind == "motion_window"
+        ]
+        ahead = None
+        if motions:
+            x, y = motions
+            ahead = StreamedReference((x, y), machine.points)
+        yield CompiledController(module, package.declarations[-1]), ahead
 
 
 def _pair(values: tuple[float, float]) -> str:

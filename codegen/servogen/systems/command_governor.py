@@ -14,7 +14,6 @@ from servogen.controllers.command_governor_design import (
 from servogen.controllers.command_governor_program import GovernorWeights
 from servogen.controllers.errors import DesignError
 from servogen.errors import InputError
-from servogen.paths.places import describe_point
 from servogen.paths.timing import TimedPath
 from servogen.plants.build import slow_plant
 from servogen.plants.errors import PlantError
@@ -25,23 +24,17 @@ from servogen.project.settings import centred_axis_limits, stage_settings
 from servogen.sets.auxiliary import AuxiliaryDynamics, no_auxiliary, shift_register
 from servogen.sets.errors import SetError
 from servogen.sets.extended import ExtendedSet, extended_set
-from servogen.systems.command_governor_loop import drawing_fault
+from servogen.systems.command_governor_faults import (
+    check_pace,
+    check_path,
+    check_settling,
+    part_fault,
+)
 from servogen.systems.command_governor_motion import slow_motion_of
 from servogen.systems.judgement import timed_path
 
 # Where the target decides, what the count starts from.
 FIRST_CAP = 150
-
-_KEYS = {
-    "tightening": "controller.governor.steady_state_tightening",
-    "sub_samples": "controller.governor.sub_samples",
-    "stroke_margin_m": "controller.governor.stroke_margin_m",
-    "horizon": "controller.governor.horizon",
-    "position_m": "machine.{axis}.slow.position_limit_m",
-    "velocity_m_per_s": "machine.{axis}.slow.velocity_limit_m_per_s",
-    "acceleration_m_per_s2": "machine.{axis}.slow.acceleration_limit_m_per_s2",
-    "fast_range_m": "machine.{axis}.fast.range_m",
-}
 
 
 @dataclass(frozen=True)
@@ -124,8 +117,9 @@ def governor_machine(project: GovernorProject) -> GovernorMachine:
         else int(project.controller.solver.iteration_cap),
     )
     design = governor_design(machine)
-    _check_settling(machine, design)
-    _check_path(machine, design)
+    check_settling(project, design)
+    check_pace(project, design)
+    check_path(machine, design)
     return machine
 
 
@@ -166,7 +160,7 @@ def governor_design(
         try:
             axes.append(design_axis_governor(prefix, target, slow, admissible, settings))
         except (DesignError, SetError) as error:
-            raise _fault(project, key, error) from error
+            raise part_fault(project, key, slow, error) from error
         if machine.alike:
             axes.append(axes[0])
             break
@@ -204,33 +198,8 @@ def _sets(
                 )
             )  # fmt: skip
         except SetError as error:
-            raise _fault(project, name, error) from error
+            raise part_fault(project, name, stage, error) from error
     return found[0], found[1]
-
-
-def _fault(project: GovernorProject, axis: str, error: SetError | DesignError) -> InputError:
-    key = _KEYS.get(error.key, "machine.{axis}.slow").format(axis=axis)
-    return InputError(project.file, key, error.value, error.expected)
-
-
-def _check_settling(machine: GovernorMachine, design: CommandGovernorDesign) -> None:
-    reserve = machine.project.controller.motion.stroke_reserve_m
-    settle = max(axis.program.settle_m for axis in design.axes)
-    if reserve <= settle:
-        raise machine.project.error(
-            "controller.motion.stroke_reserve_m",
-            reserve,
-            f"more than {settle:.3g} m, what a stage may still have before it when a plan ends",
-        )
-
-
-def _check_path(machine: GovernorMachine, design: CommandGovernorDesign) -> None:
-    reserve = machine.project.controller.motion.stroke_reserve_m
-    fault = drawing_fault(design, machine.points, machine.reference, reserve)
-    if fault is not None:
-        place = describe_point(machine.timed, fault.point)
-        told = "out of reach, so that the tool might wait for ever"
-        raise InputError(machine.project.path.file, place, told, fault.expected)
 
 
 def on_reference(machine: GovernorMachine, name: str) -> GovernorMachine:

@@ -35,6 +35,19 @@ class Governor(Protocol):
     ) -> tuple[Status, dict[str, Value]]: ...
 
 
+# (count, 2) m of the points from the first number on: where the slow stages are sent while they are
+# machined, as far as it is known by then.
+Ahead = Callable[[int, int], FloatArray]
+
+
+class Unreachable(Stalled):
+    """The governor says that a path cannot be followed; ``point`` is the first out of reach."""
+
+    def __init__(self, point: int) -> None:
+        super().__init__(f"UNREACHABLE: both stages stand, and point {point} is out of reach")
+        self.point = point
+
+
 @dataclass(frozen=True)
 class GovernedRun:
     """What a closed loop did. K slow periods, M fast samples in each.
@@ -81,7 +94,7 @@ def run_governed(
     design: CommandGovernorDesign,
     slow: tuple[StateSpace, StateSpace],
     points: FloatArray,
-    reference: FloatArray,
+    reference: FloatArray | Ahead,
     governor: Governor,
     max_periods: int | None = None,
     advance: Callable[[], None] | None = None,
@@ -89,12 +102,13 @@ def run_governed(
     """Machine a path from its first point, where both stages stand.
 
     Args:
-        points: (J, 2) the pattern (7), m. reference: (J, 2) of the slow stages (19), m.
+        points: (J, 2) the pattern (7), m. reference: (J, 2) of the slow stages (19), m, or what
+            makes it while the path is machined.
         max_periods: stop there; None for the whole path.
         advance: called after every slow period.
 
     Raises:
-        Stalled: the path takes many times its ideal time.
+        Stalled: the tool waits for good; Unreachable: the governor says that it does.
     """
     ratio, n, last = design.points, design.axes[0].plant.order, len(points) - 1
     period = design.axes[0].plant.sample_time_s
@@ -106,12 +120,13 @@ def run_governed(
     names = [p.name for p in governor.declaration.operation("step").inputs[: 2 * n]]
     window = {f"{k}_{a}": np.zeros(design.window) for k in ("points", "slow") for a in AXES}
     governor.call("reset", {f"position_{a}": points[0, i] for i, a in enumerate(AXES)})
-    first, limit = 0, int(STALLED * (2.0 * last / ratio + 100))
+    first, waited, limit = 0, 0, _longest_wait(design)
     while first < last and (max_periods is None or len(rows) < max_periods):
         count = min(design.window, last - first)
+        ahead = reference(first + 1, count) if callable(reference) else reference[first + 1 :]
         for i, axis in enumerate(AXES):
             window[f"points_{axis}"][:count] = points[first + 1 : first + 1 + count, i]
-            window[f"slow_{axis}"][:count] = reference[first + 1 : first + 1 + count, i]
+            window[f"slow_{axis}"][:count] = ahead[:count, i]
         inputs: dict[str, Value] = dict(zip(names, state.ravel(), strict=True))
         status, out = governor.call("step", {**inputs, **window, "n_points": count})
         command = np.array([float(np.asarray(out[f"command_{a}"])) for a in AXES])
@@ -123,10 +138,14 @@ def run_governed(
         moved = np.stack([p[0] @ state[i] + p[1] * command[i] for i, p in enumerate(parts)], axis=1)
         fine.append(moved[:-1])
         state, first = moved[-1], first + taken
+        waited = 0 if taken else waited + 1
         if advance is not None:
             advance()
-        if len(rows) > limit:
-            raise Stalled(f"after {len(rows)} slow periods only {first} of {last} points")
+        if status is Status.UNREACHABLE:  # of the same points for ever
+            raise Unreachable(first + 1)
+        if waited > limit:
+            told = f"after {len(rows)} slow periods only {first} of {last} points"
+            raise Stalled(f"{told}, none in the last {waited}")
     table = np.array(rows, dtype=np.int64).reshape(-1, 7)
     along = np.minimum(np.arange(ratio)[None, :], table[:, 5:6]) + table[:, 6:7]
     return GovernedRun(
@@ -142,6 +161,18 @@ def run_governed(
         complete=first == last,
         period_s=period,
     )
+
+
+def _longest_wait(design: CommandGovernorDesign) -> int:
+    """Periods without a point after which a loop has stalled: many times what a stage takes, from
+    rest to rest, for the longest step between two points."""
+    most = 0.0
+    for axis in design.axes:
+        step, limits = 2.0 * axis.program.stroke_m, axis.reach
+        quick = 2.0 * float(np.sqrt(step / limits.acceleration_m_per_s2))
+        time = step / limits.velocity_m_per_s + quick
+        most = max(most, time / axis.plant.sample_time_s)
+    return int(STALLED * (100.0 + 2.0 * most))
 
 
 def excess(design: CommandGovernorDesign, run: GovernedRun, every: int) -> Excess:
@@ -162,12 +193,18 @@ def excess(design: CommandGovernorDesign, run: GovernedRun, every: int) -> Exces
     return Excess(*(float(value) for value in worst))
 
 
+_AXIS = ("machine.{axis}.slow.position_limit_m", "controller.governor.steady_state_tightening")
+_REACH = ("machine.{axis}.fast.range_m", "controller.motion.stroke_reserve_m")
+
+
 @dataclass(frozen=True)
 class DrawingFault:
-    """The first point of a path at which the governor might stop for ever, and what it lacks."""
+    """The first point of a path at which the governor might stop for ever, what it lacks, and the
+    ``keys`` of a project file that ask for it."""
 
     point: int
     expected: str
+    keys: tuple[str, ...] = ()
 
 
 def check_drawing(
@@ -206,16 +243,18 @@ def drawing_fault(
         start[0] = abs(own[0] - program.centre_m) > steady
         beyond = np.abs(slow - program.centre_m) > steady
         far = np.append(False, np.abs(np.diff(own)) > step)
-        asked: tuple[tuple[BoolArray, str], ...] = (
-            (start, f"a start {steady:g} m or less from the middle of {name}"),
+        asked: tuple[tuple[BoolArray, str, tuple[str, ...]], ...] = (
+            (start, f"a start {steady:g} m or less from the middle of {name}", _AXIS),
             (
                 beyond,
                 f"a reference {steady:g} m or less from the middle of {name}, inside the axis",
+                _AXIS,
             ),
-            (np.abs(own - slow) > reach, f"a reference within {reach:g} m of it in {name}"),
-            (far, f"a step of at most {step:g} m to it in {name}"),
+            (np.abs(own - slow) > reach, f"a reference within {reach:g} m of it in {name}", _REACH),
+            (far, f"a step of at most {step:g} m to it in {name}", _REACH),
         )
-        for bad, expected in asked:
+        for bad, expected, keys in asked:
             if np.any(bad):
-                return DrawingFault(int(np.argmax(bad)), expected)
+                told = tuple(key.format(axis=name) for key in keys)
+                return DrawingFault(int(np.argmax(bad)), expected, told)
     return None

@@ -18,6 +18,7 @@ from servogen.controllers.design import Declaration, Status, Value
 from servogen.controllers.errors import DesignError
 from servogen.errors import InputError
 from servogen.paths.minimal_motion import pattern_motion
+from servogen.paths.places import describe_point
 from servogen.plants.statespace import StateSpace
 from servogen.sets.auxiliary import shift_register
 from servogen.sets.errors import SetError
@@ -25,8 +26,10 @@ from servogen.sets.extended import ExtendedSet, extended_set
 from servogen.systems.closed_loop import Stalled
 from servogen.systems.command_governor import GovernorMachine, governor_design, on_reference
 from servogen.systems.command_governor_loop import (
+    Ahead,
     GovernedRun,
     Governor,
+    Unreachable,
     drawing_fault,
     run_governed,
 )
@@ -105,15 +108,24 @@ def run_machine(
     governor: Governor,
     periods: int | None = None,
     advance: Callable[[], None] | None = None,
+    ahead: Ahead | None = None,
 ) -> GovernedRun:
     """A governor along the machine's path and reference.
 
+    Args:
+        ahead: makes the reference while the path is machined; None: it is the machine's.
+
     Raises:
-        Stalled: it stands still.
+        Stalled: it stands still, with the place where that is told.
     """
-    return run_governed(
-        design, machine.slow, machine.points, machine.reference, governor, periods, advance
-    )
+    reference = machine.reference if ahead is None else ahead
+    try:
+        return run_governed(
+            design, machine.slow, machine.points, reference, governor, periods, advance
+        )
+    except Unreachable as stalled:
+        place = describe_point(machine.timed, stalled.point)
+        raise Stalled(f"UNREACHABLE: both stages stand, and {place} is out of reach") from stalled
 
 
 def sweeps(machine: GovernorMachine) -> tuple[tuple[str, str, tuple[Setting, ...]], ...]:
