@@ -76,7 +76,7 @@ def distance_from_polyline(points: FloatArray, vertices: FloatArray) -> FloatArr
         chord = end - start
         along = np.clip((points - start) @ chord / max(chord @ chord, 1e-300), 0.0, 1.0)
         gap = points - start - along[:, None] * chord
-        best = np.minimum(best, np.hypot(gap[:, 0], gap[:, 1]))
+        best = np.minimum(best, np.linalg.norm(gap, axis=1))
     return best
 
 

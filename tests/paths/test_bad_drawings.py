@@ -177,13 +177,23 @@ GCODE = [
     Bad("dwell", "a.nc", "G1 X1\nG4 P1\n", ("line 2 is P1",)),
     Bad("arc apart", "a.ngc", "G2 X10 I3\n", ("line 1 is an arc of radius 3 mm at its start",)),
     Bad("overflow", "a.nc", "G1 X99999999999999\n", ("line 1 is 1e+11 m from the origin",)),
+    Bad(
+        "z",
+        "a.nc",
+        "G1 X1\nG0 Z5\nG0 X0\n",
+        ("line 2 is a move of z to 0.005 m, expected a level",),
+    ),
+    Bad("helix", "a.nc", "G2 I1 Z2\n", ("line 1 is a move of z", "there are two axes")),
     Bad("line 1,000", "a.nc", "G1 X1\n" * 999 + "G1 Q1\n", ("line 1000 is Q1",)),
 ]
 CSV = [
-    Bad("header only", "a.csv", "x_m,y_m\n", ("drawing, expected at least one",)),
-    Bad("one point", "a.csv", "1,1\n", ("drawing, expected at least one",)),
-    Bad("one place", "a.csv", "1,1\n1,1\n", ("drawing, expected at least one",)),
+    Bad(
+        "header only", "a.csv", "x_m,y_m\n", ("drawing is without a point, expected points at two",)
+    ),
+    Bad("one point", "a.csv", "1,1\n", ("drawing is a single point, expected points at two",)),
+    Bad("one place", "a.csv", "1,1\n1,1\n", ("drawing is a single point",)),
     Bad("millimetres", "a.csv", "0,0\n2000,0\n", ("line 2 is 2000 m from the origin",)),
+    Bad("z in rows", "a.csv", "x_m,y_m,z_m\n0,0,0\n1,1,1\n", ("line 3 is a move of z to 1 m",)),
     Bad("ragged", "a.csv", "0,0\n1\n", ("line 2 is of 1 column, expected 2",)),
     Bad("wrong byte", "a.csv", b"0,0\n1,\xff\n", ("line 2 is not UTF-8 (byte 0xff)",)),
     Bad("byte of 0", "a.csv", "0,0\n1,\0\n", ("line 2 is binary",)),
@@ -212,6 +222,15 @@ def test_bad_drawing(bad: Bad, tmp_path: Path) -> None:
     assert len(message) < 400 + len(str(file))
     for fragment in bad.says:
         assert fragment in message
+
+
+def test_heights_are_dropped_or_added_where_they_say_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text("G0 Z5\nG1 X1\nG1 Y1 Z5\n", encoding="utf-8")
+    assert load_tool_path(SETTINGS, file).points.shape == (3, 2)
+    assert load_tool_path(SETTINGS, file, 3).points[:, 2].tolist() == [0.005] * 3
+    file.write_text("G1 X1\nG1 Y1\n", encoding="utf-8")
+    assert load_tool_path(SETTINGS, file, 3).points[:, 2].tolist() == [0.0] * 3
 
 
 def test_there_are_many_kinds() -> None:

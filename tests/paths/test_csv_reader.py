@@ -37,6 +37,15 @@ def test_the_order_is_kept(tmp_path: Path) -> None:
     assert path.points.tolist() == [[0, 0], [0.3, 0], [0.1, 0], [0.2, 0.1]]
 
 
+def test_a_header_names_a_z(tmp_path: Path) -> None:
+    (stroke,) = rows(tmp_path, "x_m,y_m,z_m\n0,0,0\n0.1,0,-0.2\n")
+    assert_allclose(ends(stroke), [[0, 0, 0], [0.1, 0, -0.2]])
+    assert stroke.feed_m_per_s is None
+    (stroke,) = rows(tmp_path, "x_m,y_m,z_m,feed_m_per_s\n0,0,0,1\n0,0,0.1,0.5\n")
+    assert_allclose(ends(stroke)[1], [0, 0, 0.1])
+    assert stroke.feed_m_per_s == 0.5
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -55,7 +64,12 @@ def test_the_order_is_kept(tmp_path: Path) -> None:
         ("x_m,y_m,feed_m_per_s\n0,0\n", "line 2 is of 2 columns, expected 3"),
         ("x_m,y_m\nx_m,y_m\n", 'line 2: x_m is "x_m"'),
         ("0,0,1\n1,1,0\n", "line 2: feed_m_per_s is 0.0, expected a feed above 0"),
-        ("0,0,1\n1,1,-2\n", "line 2: feed_m_per_s is -2.0"),
+        (
+            "0,0,1\n1,1,-2\n",
+            "feed_m_per_s is -2.0, expected a feed above 0 (the header x_m,y_m,z_m",
+        ),
+        ("x_m,y_m,z_m\n0,0\n", "line 2 is of 2 columns, expected 3"),
+        ("x_m,y_m,z_m\n0,0,0\n0,0,up\n", 'line 3: z_m is "up"'),
     ],
 )
 def test_refused_rows(tmp_path: Path, text: str, says: str) -> None:

@@ -13,7 +13,16 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from servogen.errors import InputError
-from servogen.paths.curves import EllipticArc, Line, Nurbs, Segment, Stroke, bezier, circular_arc
+from servogen.paths.curves import (
+    EllipticArc,
+    Helix,
+    Line,
+    Nurbs,
+    Segment,
+    Stroke,
+    bezier,
+    circular_arc,
+)
 from servogen.paths.flatten import Flatness, flatten
 from servogen.paths.geometry import build_tool_path
 
@@ -25,12 +34,13 @@ point = st.tuples(coordinate, coordinate)
 
 @st.composite
 def curves(draw: st.DrawFn) -> Segment:
-    """Arcs of sheared ellipses, Bezier curves, rational splines of degree 2 to 5."""
-    kind = draw(st.sampled_from(["arc", "bezier", "nurbs"]))
-    if kind == "arc":
+    """Arcs of sheared ellipses, helices, Bezier curves, rational splines of degree 2 to 5."""
+    kind = draw(st.sampled_from(["arc", "helix", "bezier", "nurbs"]))
+    if kind in ("arc", "helix"):
         sweep = draw(st.floats(0.05, 6.28)) * draw(st.sampled_from([-1.0, 1.0]))
         start = draw(st.floats(-7.0, 7.0))
-        return EllipticArc(draw(point), draw(point), draw(point), start, start + sweep)
+        arc = EllipticArc(draw(point), draw(point), draw(point), start, start + sweep)
+        return arc if kind == "arc" else Helix(arc, draw(coordinate), draw(coordinate))
     if kind == "bezier":
         return bezier(np.array(draw(st.lists(point, min_size=3, max_size=6))))
     degree = draw(st.integers(2, 5))

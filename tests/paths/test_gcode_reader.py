@@ -11,7 +11,7 @@ from drawings import SETTINGS, dense, ends, middle, text_file
 from numpy.testing import assert_allclose
 
 from servogen.errors import InputError
-from servogen.paths.curves import EllipticArc, Line, Stroke
+from servogen.paths.curves import EllipticArc, Helix, Line, Stroke
 from servogen.paths.gcode import read_gcode
 from servogen.paths.gcode_arcs import arc_by_center, arc_by_radius
 
@@ -135,10 +135,29 @@ def test_a_huge_radius_is_a_line() -> None:
     assert isinstance(arc_by_radius((0.0, 0.0), (0.01, 0.0), 1e9, True), Line)
 
 
+def test_a_z_makes_a_program_of_three_axes(tmp_path: Path) -> None:
+    got = strokes(tmp_path, "G0 X5 Z2", "G1 X10 F600", "G1 X20 Z-3", "G91 G1 Z1", "M2", "Z9")
+    assert_allclose(ends(got[0]), [[0.005, 0, 0.002], [0.01, 0, 0.002]])
+    assert_allclose(ends(got[1])[1], [0.02, 0, -0.003])
+    assert_allclose(ends(got[2]), [[0.02, 0, -0.003], [0.02, 0, -0.002]])
+
+
+@pytest.mark.parametrize("code", ["G2", "G3"])
+def test_an_arc_with_a_z_is_a_helix(tmp_path: Path, code: str) -> None:
+    (stroke,) = strokes(tmp_path, f"{code} I5 Z-4")
+    (helix,) = stroke.segments
+    assert isinstance(helix, Helix)
+    assert_allclose(ends(stroke), [[0, 0, 0], [0, 0, -0.004]], atol=1e-17)
+    assert_allclose(middle(helix), [0.01, 0, -0.002], atol=1e-17)
+    sign = -1.0 if code == "G2" else 1.0
+    quarter = helix.sample(helix.arc.t0 + sign * np.array([0.5 * math.pi])).points[0]
+    assert_allclose(quarter, [0.005, -sign * 0.005, -0.001], atol=1e-17)
+
+
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        (("G1 X1", "G1 Z5"), "line 2 is Z5, expected only words of a plane path"),
+        (("G1 X1", "G1 A5"), "line 2 is A5, expected only words of a path"),
         (("G1 X1", "", "G5 X1"), "line 3 is G5, expected one of G0"),
         (("G18",), "line 1 is G18"),
         (("G91.5",), "line 1 is G91.5"),

@@ -22,7 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from servogen.errors import InputError
-from servogen.paths.curves import Line, Segment, Stroke, bezier, circular_arc
+from servogen.paths.curves import Helix, Line, Segment, Stroke, bezier, circular_arc
 from servogen.paths.geometry import ToolPath, build_tool_path
 from servogen.paths.places import describe_point
 from servogen.paths.timing import count_steps, find_feed_scale, time_path
@@ -35,7 +35,7 @@ def tool_path(*strokes: Stroke) -> ToolPath:
     return build_tool_path(list(strokes), SETTINGS, FILE, reorder=False)
 
 
-def polyline(*points: tuple[float, float], feed: float = 0.6) -> ToolPath:
+def polyline(*points: tuple[float, ...], feed: float = 0.6) -> ToolPath:
     pieces = pairwise(points)
     return tool_path(*(Stroke(f"line {k}", (Line(*ends),), feed) for k, ends in enumerate(pieces)))
 
@@ -119,6 +119,24 @@ def test_straight_line_takes_its_trapezoid() -> None:
     assert peak_acceleration(timed) <= 24.5 * 1.001
 
 
+def test_every_axis_can_have_its_own_velocity_limit() -> None:
+    limits = replace(LIMITS, velocity_m_per_s=(0.6, 0.3, 0.05))
+    path = polyline((0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0.1, 0.1, 0.02), feed=5.0)
+    timed = time_path(path, limits, PERIOD_S)
+    fastest = np.abs(np.diff(timed.points, axis=0)).max(axis=0) / PERIOD_S
+    assert fastest == pytest.approx([0.6, 0.3, 0.05], rel=1e-3)
+    assert peak_acceleration(timed) <= 49.05 * ROUNDING
+
+
+def test_a_helix_keeps_its_feed_along_the_path_and_the_limit_of_its_curvature() -> None:
+    """Its radius of curvature is r (1 + (p / r)^2) with a pitch of p a radian."""
+    arc = circular_arc((0.0, 0.0), 1e-3, 0.0, 2.0 * math.pi)
+    helix = Stroke("helix", (Helix(arc, 0.0, 2.0 * math.pi * 1e-3),), 0.6)
+    timed = time_path(tool_path(helix), LIMITS, PERIOD_S)
+    speed = np.linalg.norm(np.diff(timed.points, axis=0), axis=1) / PERIOD_S
+    assert np.median(speed) == pytest.approx(math.sqrt(34.3 * 2e-3), rel=0.02)
+
+
 def test_velocity_limit_is_per_axis() -> None:
     timed = time_path(polyline((0, 0), (0.2, 0.2), feed=5.0), LIMITS, PERIOD_S)
     assert 0.599 < peak_velocity(timed) <= 0.6 * ROUNDING
@@ -185,6 +203,8 @@ def test_points_are_named_by_place() -> None:
     timed = time_path(polyline((0.1, 0), (0.1, -0.05), (0.2, 0)), LIMITS, PERIOD_S)
     last = len(timed.points) - 1
     assert describe_point(timed, 0) == "point 0 at (0.1000 m, 0.0000 m), line 0"
+    deep = time_path(polyline((0, 0, 0), (0.1, 0, -0.02)), LIMITS, PERIOD_S)
+    assert "(0.0000 m, 0.0000 m, 0.0000 m), line 0" in describe_point(deep, 0)
     assert describe_point(timed, last) == f"point {last} at (0.2000 m, 0.0000 m), line 1"
 
 

@@ -17,14 +17,14 @@ import pytest
 from servogen.progress import Silent
 from servogen.reports import ContourReportData, browser, chromium, make_contour_report
 from servogen.reports.checks import verdict
-from servogen.reports.contour_figures import contour_figure, magnification
+from servogen.reports.contour_figures import contour_figure, magnification, side_figures
 from servogen.reports.contour_page import contour_checks, theorem_table
 from servogen.reports.contour_study_parts import spectrum_figure
 from servogen.reports.numbers import number
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
-from contour_example import OUTPUT, compared, contour_system, simulated, small_system
+from contour_example import CIRCLE, OUTPUT, SPACE, compared, contour_system, simulated, small_system
 
 PLOTS = ("contour", "errors", "commands", "spectrum", "trade", "previews", "weights")
 
@@ -75,6 +75,21 @@ def test_the_magnified_error_is_the_contour_error(bare: ContourReportData) -> No
     radius = np.hypot(np.array(drawn["x"]), np.array(drawn["y"]))
     largest = 100.0 * 1e3 * bare.row.contour_max_m
     assert np.max(np.abs(radius - 1.0)) == pytest.approx(largest, rel=0.05)
+
+
+def test_a_contour_that_rises_is_seen_from_the_side(bare: ContourReportData) -> None:
+    assert side_figures(bare) == []
+    own = contour_system(SPACE, (CIRCLE, f"{CIRCLE}rise_m = 0.0005\n"))
+    done = own.simulate(None, Silent())
+    data = ContourReportData(own.machine, own.design, done.run, done.row)
+    (figure,) = side_figures(data)
+    seen = figure.traces[0]
+    counted = done.run.wanted[own.machine.task.first : own.machine.task.last]
+    assert (min(seen["y"]), max(seen["y"])) == pytest.approx(
+        (1e3 * counted[0, 2], 1e3 * counted[-1, 2]), abs=1e-3
+    )
+    assert max(seen["x"]) == pytest.approx(1.0, abs=1e-3)
+    assert done.row.contour_rms_m < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -28,8 +28,9 @@ from servogen.progress import Silent
 from servogen.sil.harness import Stepwise
 from servogen.steps.check import titles, titles_of
 from servogen.steps.contour import ContourSystem
-from servogen.steps.contour_study import ContourStudyResult
+from servogen.steps.contour_study import QUICK, ContourStudyResult, by_c
 from servogen.steps.prepare import prepare
+from servogen.systems.contour_loop import run_contour
 from servogen.systems.contour_proofs import contour_claims
 from servogen.systems.contour_study import ENCODER, HELD, PLAIN, PREVIEWED, PROJECT
 
@@ -77,6 +78,17 @@ def test_compiled_c_runs_as_the_reference_does() -> None:
     done = system.simulate(package, Silent())
     assert done.inside == "compiled C"
     np.testing.assert_array_equal(done.run.command, simulated().run.command)
+
+
+def test_the_quick_build_of_a_study_runs_as_the_reference_does() -> None:
+    system, task = small_system(), small_system().machine.task
+    with by_c(system.design) as controller:
+        run = run_contour(
+            system.design, controller, system.machine.axes, task.motion, 300,
+            system.machine.encoder_m, task.moving,
+        )  # fmt: skip
+    np.testing.assert_array_equal(run.command, simulated().run.command[:300])
+    assert "-O0" in QUICK
 
 
 def test_a_loop_of_the_harness_is_the_same_loop() -> None:

@@ -12,7 +12,7 @@ def transformed(segment: Segment, matrix: FloatArray) -> Segment:
 
     (a, c, e), (b, d, f) = matrix[:2].tolist()
 
-    def vector(xy: tuple[float, float], shift: float = 1.0) -> tuple[float, float]:
+    def vector(xy: tuple[float, ...], shift: float = 1.0) -> tuple[float, float]:
         x, y = xy
         return (a * x + c * y + shift * e, b * x + d * y + shift * f)
 

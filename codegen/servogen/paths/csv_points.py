@@ -2,7 +2,8 @@
 
 Each row is a point in metres, ``x,y`` or ``x,y,feed``; the feed (m/s) is that of the straight move
 to the point, so the first row's has no move to govern. A first row ``x_m,y_m`` or
-``x_m,y_m,feed_m_per_s`` is a header. A point that repeats the one before it adds nothing.
+``x_m,y_m,feed_m_per_s`` is a header; with a z it is needed, ``x_m,y_m,z_m`` or
+``x_m,y_m,z_m,feed_m_per_s``. A point that repeats the one before it adds nothing.
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ from servogen.paths.curves import Line, Stroke
 from servogen.paths.settings import PathSettings
 from servogen.paths.text import finite_number, read_text
 
-_HEADERS = (["x_m", "y_m"], ["x_m", "y_m", "feed_m_per_s"])
+_FEED = "feed_m_per_s"
+_PLANE = ("x_m", "y_m")
+_HEADERS = (_PLANE, (*_PLANE, _FEED), (*_PLANE, "z_m"), (*_PLANE, "z_m", _FEED))
+_BY_COLUMNS = {2: _PLANE, 3: (*_PLANE, _FEED)}
 
 
 def read_csv(file: Path, settings: PathSettings) -> list[Stroke]:
@@ -23,54 +27,64 @@ def read_csv(file: Path, settings: PathSettings) -> list[Stroke]:
 
     Raises:
         InputError: naming the line that is ragged or holds something else than finite numbers,
-            or a feed that is not above 0.
+            or a feed that is not above 0; fewer than two places.
     """
     strokes: list[Stroke] = []
-    at: tuple[float, float] | None = None
+    at: tuple[float, ...] | None = None
     for number, row in _rows(file):
-        point = (row[0], row[1])
+        point = tuple(value for name, value in row.items() if name != _FEED)
         if at is not None and at != point:
-            feed = row[2] if len(row) == 3 else None
-            strokes.append(Stroke(f"line {number}", (Line(at, point),), feed))
+            strokes.append(Stroke(f"line {number}", (Line(at, point),), row.get(_FEED)))
         at = point
+    if not strokes:
+        value = "without a point" if at is None else "a single point"
+        raise InputError(file, "drawing", value, "points at two places at least")
     return strokes
 
 
-def _rows(file: Path) -> Iterator[tuple[int, list[float]]]:
-    """Line numbers and the two or three numbers on each line."""
-    columns = 0
+def _rows(file: Path) -> Iterator[tuple[int, dict[str, float]]]:
+    """Line numbers and the numbers on each line by their columns' names."""
+    names: tuple[str, ...] = ()
+    headed = False
     for number, text in enumerate(read_text(file, "a CSV file of points").splitlines(), start=1):
         cells = [cell.strip() for cell in text.split(",")]
         if cells == [""]:
             continue
-        if not columns:
-            columns = len(cells)
-            if finite_number(cells[0]) is None and cells in _HEADERS:
+        if not names:
+            headed = tuple(cells) in _HEADERS
+            names = tuple(cells) if headed else _names(file, number, cells)
+            if headed:
                 continue
-            _check_first(file, number, cells)
-        yield number, _numbers(file, number, cells, columns)
+        yield number, _numbers(file, number, cells, names, headed)
 
 
-def _check_first(file: Path, number: int, cells: list[str]) -> None:
-    """Refuse a first row that is neither a header nor a point."""
-    if len(cells) not in (2, 3) or not any(finite_number(cell) is not None for cell in cells):
-        expected = "the header x_m,y_m or x_m,y_m,feed_m_per_s, or a point x,y or x,y,feed"
+def _names(file: Path, number: int, cells: list[str]) -> tuple[str, ...]:
+    """Of a file without a header; a first row that is neither that nor a point is refused."""
+    if len(cells) not in _BY_COLUMNS or not any(finite_number(cell) is not None for cell in cells):
+        headers = " or ".join(",".join(header) for header in _HEADERS)
+        expected = f"the header {headers}, or a point x,y or x,y,feed"
         raise InputError(file, f"line {number}", f'"{_short(",".join(cells))}"', expected)
+    return _BY_COLUMNS[len(cells)]
 
 
-def _numbers(file: Path, number: int, cells: list[str], columns: int) -> list[float]:
+def _numbers(
+    file: Path, number: int, cells: list[str], names: tuple[str, ...], headed: bool
+) -> dict[str, float]:
     where = f"line {number}"
-    if len(cells) != columns:
+    if len(cells) != len(names):
         found = f"of {len(cells)} column{'s' if len(cells) > 1 else ''}"
-        raise InputError(file, where, found, f"{columns} as in the lines before")
-    row: list[float] = []
-    for name, cell in zip(_HEADERS[1], cells, strict=False):
+        raise InputError(file, where, found, f"{len(names)} as in the lines before")
+    row: dict[str, float] = {}
+    for name, cell in zip(names, cells, strict=True):
         value = finite_number(cell)
         if value is None:
             raise InputError(file, f"{where}: {name}", f'"{_short(cell)}"', "a finite number")
-        row.append(value)
-    if columns == 3 and not row[2] > 0.0:
-        raise InputError(file, f"{where}: feed_m_per_s", row[2], "a feed above 0")
+        row[name] = value
+    if _FEED in row and not row[_FEED] > 0.0:
+        expected = (
+            "a feed above 0" if headed else "a feed above 0 (the header x_m,y_m,z_m if it is z)"
+        )
+        raise InputError(file, f"{where}: {_FEED}", row[_FEED], expected)
     return row
 
 

@@ -16,7 +16,7 @@ IntArray = NDArray[np.int64]
 
 
 class CurveSample(NamedTuple):
-    """Points of a curve and their first two derivatives by the parameter, each (n, 2)."""
+    """Points of a curve and their first two derivatives by the parameter, each (n, p), p 2 or 3."""
 
     points: FloatArray
     first: FloatArray
@@ -43,8 +43,8 @@ class Segment(Protocol):
 class Line:
     """Straight from ``start`` to ``end`` (m), parameter 0 to 1."""
 
-    start: tuple[float, float]
-    end: tuple[float, float]
+    start: tuple[float, ...]
+    end: tuple[float, ...]
 
     @property
     def breaks(self) -> FloatArray:
@@ -93,7 +93,49 @@ class EllipticArc:
         # |s| <= h <= pi/2: they differ by (cos(s) - cos(h)) P.
         half = 0.5 * np.diff(parameters)
         _, _, second = self.sample(parameters[:-1] + half)
-        return 2.0 * np.sin(0.5 * half) ** 2 * _norms(second)
+        return 2.0 * np.sin(0.5 * half) ** 2 * lengths(second)
+
+
+@dataclass(frozen=True)
+class Helix:
+    """An arc in x and y along which z goes from ``z0`` to ``z1`` (m) in proportion to the angle."""
+
+    arc: EllipticArc
+    z0: float
+    z1: float
+
+    @property
+    def breaks(self) -> FloatArray:
+        return self.arc.breaks
+
+    @property
+    def _slope(self) -> float:
+        """Metres per radian."""
+        return (self.z1 - self.z0) / (self.arc.t1 - self.arc.t0)
+
+    def sample(self, parameters: FloatArray) -> CurveSample:
+        flat = self.arc.sample(parameters)
+        share = (parameters - self.arc.t0) / (self.arc.t1 - self.arc.t0)
+        height = (1.0 - share) * self.z0 + share * self.z1  # both ends exact
+        points, first, second = (
+            np.column_stack([of_arc, of_z])
+            for of_arc, of_z in zip(
+                flat,
+                (height, np.full(len(share), self._slope), np.zeros(len(share))),
+                strict=True,
+            )
+        )
+        return CurveSample(points, first, second)
+
+    def chord_errors(self, parameters: FloatArray) -> FloatArray:
+        # The point of the chord that the arc's bound is to is off along z by the slope times
+        # s - h sin(s) / sin(h), which is largest where cos(s) = sin(h) / h. The two
+        # are not largest together: the bound is on the safe side.
+        half = np.maximum(0.5 * np.abs(np.diff(parameters)), 1e-300)
+        worst = np.arccos(np.minimum(np.sin(half) / half, 1.0))
+        along = np.abs(self._slope * (worst - half * np.sin(worst) / np.sin(half)))
+        bounds: FloatArray = np.hypot(self.arc.chord_errors(parameters), along)
+        return bounds
 
 
 def circular_arc(
@@ -151,10 +193,12 @@ class Nurbs:
         return np.where(whole, np.max(gaps, axis=0), np.inf)
 
 
-def _norms(vectors: FloatArray) -> FloatArray:
-    """Euclidean lengths (n,) of vectors (n, 2)."""
-    lengths: FloatArray = np.hypot(vectors[:, 0], vectors[:, 1])
-    return lengths
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Euclidean lengths (n,) of vectors (n, 2) or (n, 3)."""
+    found: FloatArray = np.hypot(vectors[:, 0], vectors[:, 1])
+    for column in vectors.T[2:]:
+        found = np.hypot(found, column)  # a zero leaves the bits as they are
+    return found
 
 
 def _gap_to_chord(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -162,7 +206,7 @@ def _gap_to_chord(points: FloatArray, start: FloatArray, end: FloatArray) -> Flo
     chord = end - start
     length2 = np.maximum((chord**2).sum(axis=1), 1e-300)
     along = np.clip(((points - start) * chord).sum(axis=1) / length2, 0.0, 1.0)
-    return _norms(points - start - along[:, None] * chord)
+    return lengths(points - start - along[:, None] * chord)
 
 
 def _centred_to_bernstein(degree: int) -> FloatArray:

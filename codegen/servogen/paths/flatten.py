@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from servogen.paths.curves import BoolArray, CurveSample, FloatArray, Line, Segment
+from servogen.paths.curves import BoolArray, CurveSample, FloatArray, Line, Segment, lengths
 
 # Below this radius the corner rule of the timing governs, not the curvature.
 SMALLEST_RADIUS_M = 1e-6
@@ -39,7 +39,7 @@ class Flatness:
 
 @dataclass(frozen=True)
 class Polyline:
-    """Vertices (n, 2) in metres, which of them lie inside a curve, and the curve's radius there."""
+    """Vertices (n, p), p 2 or 3, in metres, which lie inside a curve, and its radius there."""
 
     points: FloatArray
     smooth: BoolArray
@@ -74,14 +74,21 @@ def flatten(segments: tuple[Segment, ...], flatness: Flatness) -> Polyline:
 
 def curvature_radius(sample: CurveSample) -> FloatArray:
     """Radius of curvature (n,) in metres, inf where straight, never under SMALLEST_RADIUS_M."""
-    speed = np.hypot(sample.first[:, 0], sample.first[:, 1])
-    cross = np.abs(
-        sample.first[:, 0] * sample.second[:, 1] - sample.first[:, 1] * sample.second[:, 0]
-    )
+    speed = lengths(sample.first)
+    cross = areas(sample.first, sample.second)
     straight = cross <= 1e-9 * speed**3  # radius over 1e9 m
     radius = np.where(straight, np.inf, speed**3 / np.where(straight, 1.0, cross))
     floored: FloatArray = np.maximum(radius, SMALLEST_RADIUS_M)
     return floored
+
+
+def areas(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(n,) of the parallelograms between vectors (n, 2) or (n, 3) each."""
+    found: FloatArray = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    if a.shape[1] == 3:
+        for i, j in ((1, 2), (2, 0)):
+            found = np.hypot(found, a[:, i] * b[:, j] - a[:, j] * b[:, i])
+    return found
 
 
 def _flatten_span(segment: Segment, low: float, high: float, flatness: Flatness) -> Polyline:
@@ -113,7 +120,7 @@ def _spread(segment: Segment, scan: FloatArray, flatness: Flatness) -> FloatArra
         0.5 * flatness.turn_time_s * np.sqrt(flatness.centripetal_acceleration_m_per_s2 * radius)
     )
     step = np.maximum(np.minimum(chord_step, turn_step), 0.1 * flatness.tolerance_m)
-    density = np.hypot(sample.first[:, 0], sample.first[:, 1]) / step
+    density = lengths(sample.first) / step
     grown = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(scan) * (density[1:] + density[:-1]))])
     if scan[-1] < scan[0]:
         grown = -grown
@@ -129,11 +136,8 @@ def _agree(before: Polyline, after: Polyline) -> bool:
     """Whether two spans meet without a corner, judged by their polygons' turning."""
     incoming = before.points[-1] - before.points[-2]
     outgoing = after.points[1] - after.points[0]
-    turn = abs(
-        math.atan2(
-            incoming[0] * outgoing[1] - incoming[1] * outgoing[0], float(incoming @ outgoing)
-        )
-    )
+    across = float(areas(incoming[None], outgoing[None])[0])
+    turn = math.atan2(across, float(incoming @ outgoing))
     expected = 0.5 * (
         math.hypot(*incoming) / before.radius_m[-1] + math.hypot(*outgoing) / after.radius_m[0]
     )

@@ -1,7 +1,9 @@
-"""G-code to strokes: the plane moves of a program, in its order.
+"""G-code to strokes: the moves of a program, in its order, in x and y or in all three axes.
 
 What is understood: G0 G1 G2 G3 (modal), G17, G20 G21, G90 G91, I J from the start of an arc or R
-(below 0 for the longer arc), F in units per minute, N. Without G20 or G21 a unit is a millimetre.
+(below 0 for the longer arc), Z in straight moves and in arcs, which are helices then, F in units
+per minute along the path, N. A program without a Z is a plane one. Without G20 or G21 a unit is a
+millimetre.
 What asks for what is done anyway is accepted: G40 G49 G54 G61 G64 G80 G91.1 G94; spindle, laser
 and coolant words (M3 M4 M5 M7 M8 M9, S, T) say nothing about the path. M2 and M30 end the program.
 Everything else is refused, since it would change the path or stop on it.
@@ -12,11 +14,12 @@ where the first G1, G2 or G3 does: the G0 moves before it only say where that is
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
 from servogen.errors import InputError
-from servogen.paths.curves import Line, Segment, Stroke
+from servogen.paths.curves import EllipticArc, Helix, Line, Segment, Stroke
 from servogen.paths.gcode_arcs import ArcError, arc_by_center, arc_by_radius
 from servogen.paths.gcode_words import Block, read_blocks
 from servogen.paths.settings import PathSettings
@@ -44,24 +47,51 @@ def read_gcode(file: Path, settings: PathSettings) -> list[Stroke]:
     return program.strokes
 
 
+@dataclass(frozen=True)
+class _Move:
+    """A move in the plane and the heights at its ends."""
+
+    label: str
+    flat: Segment
+    heights: tuple[float, float]
+    feed_m_per_s: float | None
+
+    def stroke(self, deep: bool) -> Stroke:
+        """In two axes, or in three."""
+        segment = self.flat
+        if deep and isinstance(segment, Line):
+            start, end = self.heights
+            segment = Line((*segment.start, start), (*segment.end, end))
+        elif deep and isinstance(segment, EllipticArc):
+            segment = Helix(segment, *self.heights)
+        return Stroke(self.label, (segment,), self.feed_m_per_s)
+
+
 class _Program:
-    """The modal state of a controller, and the strokes so far."""
+    """The modal state of a controller, and the moves so far."""
 
     def __init__(self, file: Path, settings: PathSettings) -> None:
         self.file = file
         self.settings = settings
-        self.strokes: list[Stroke] = []
+        self.moves: list[_Move] = []
+        self.deep = False
         self.ended = False
         self.at = (0.0, 0.0)
+        self.height = 0.0
         self.motion: float | None = None
         self.unit_m = 1e-3
         self.relative = False
         self.feed_m_per_s: float | None = None
 
+    @property
+    def strokes(self) -> list[Stroke]:
+        """Of all moves, in three axes as soon as one line speaks of z."""
+        return [move.stroke(self.deep) for move in self.moves]
+
     def run(self, block: Block) -> None:
         """Carry out one line: settings first, then the move, then the end of the program."""
         values = self._settings(block)
-        places = {letter: self.unit_m * values[letter] for letter in "XYIJR" if letter in values}
+        places = {letter: self.unit_m * values[letter] for letter in "XYZIJR" if letter in values}
         if "F" in values:
             self._set_feed(block, values["F"])
         if places:
@@ -116,14 +146,19 @@ class _Program:
             base[0] + places["X"] if "X" in places else x,
             base[1] + places["Y"] if "Y" in places else y,
         )
+        height = self.height
+        if "Z" in places:
+            self.deep = True
+            height = places["Z"] + (height if self.relative else 0.0)
         extra = [letter for letter in "IJR" if letter in places]
         if self.motion in (0.0, 1.0):
             if extra:
-                self._refuse(block, f"{extra[0]} in a straight move", "X and Y only")
+                self._refuse(block, f"{extra[0]} in a straight move", "X, Y and Z only")
             segment: Segment = Line(self.at, target)
         else:
             segment = self._arc(block, target, places)
-        self._cut(block, segment, target)
+        self._cut(block, segment, height)
+        self.at, self.height = target, height
 
     def _arc(self, block: Block, target: tuple[float, float], places: dict[str, float]) -> Segment:
         clockwise = self.motion == 2.0
@@ -139,13 +174,13 @@ class _Program:
         except ArcError as error:
             raise InputError(self.file, block.label, error.value, error.expected) from error
 
-    def _cut(self, block: Block, segment: Segment, target: tuple[float, float]) -> None:
+    def _cut(self, block: Block, segment: Segment, height: float) -> None:
         """Add a move; moves without a length and the G0s at the beginning are not cut."""
-        nowhere = isinstance(segment, Line) and segment.start == segment.end
-        if not nowhere and (self.motion != 0.0 or self.strokes):
+        level = height == self.height
+        nowhere = level and isinstance(segment, Line) and segment.start == segment.end
+        if not nowhere and (self.motion != 0.0 or self.moves):
             feed = self.settings.traverse_feed_m_per_s if self.motion == 0.0 else self.feed_m_per_s
-            self.strokes.append(Stroke(block.label, (segment,), feed))
-        self.at = target
+            self.moves.append(_Move(block.label, segment, (self.height, height), feed))
 
     def _refuse(self, block: Block, value: str, expected: str) -> NoReturn:
         raise InputError(self.file, block.label, value, expected)

@@ -17,7 +17,7 @@ from gcodeparser import parse_parameters
 from servogen.errors import InputError
 from servogen.paths.text import read_text
 
-LETTERS = "G M F S T N X Y I J R"
+LETTERS = "G M F S T N X Y Z I J R"
 _WORD = re.compile(r"([A-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _COMMENT = re.compile(r"\([^()]*\)")
 _SPACE = re.compile(r"\s+")
@@ -51,7 +51,7 @@ def read_blocks(file: Path) -> Iterator[Block]:
         words = _words(text, file, f"line {number}")
         for letter, value in words:
             if letter not in known:
-                expected = f"only words of a plane path: {LETTERS}"
+                expected = f"only words of a path: {LETTERS}"
                 raise InputError(file, f"line {number}", f"{letter}{value:g}", expected)
         yield Block(number, words)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from servogen.errors import InputError
-from servogen.paths.curves import BoolArray, FloatArray, Line, Stroke
+from servogen.paths.curves import BoolArray, FloatArray, Line, Stroke, lengths
 from servogen.paths.flatten import MOST_PIECES, Flatness, Polyline, TooFine, flatten
 from servogen.paths.ordering import Run, as_given, order_strokes
 from servogen.paths.settings import PathSettings
@@ -25,10 +25,11 @@ _FINITE = f"finite coordinates and sizes, none above {FARTHEST_M:g} m"
 class ToolPath:
     """A continuous polyline in metres, one stroke.
 
-    ``points`` (n, 2) m are vertices within tolerance of the true curve; ``feed_m_per_s`` (n-1,) is
-    the programmed feed of each piece; ``smooth`` (n,) is True where a vertex lies inside a curve
-    and is no corner; ``radius_m`` (n,) is the curve's radius at the vertex, inf on straight
-    pieces; ``labels`` (n-1,) says where each piece comes from ("line 12", "ARC #3").
+    ``points`` (n, p) m, p 2 or 3, are vertices within tolerance of the true curve;
+    ``feed_m_per_s`` (n-1,) is the programmed feed of each piece; ``smooth`` (n,) is True where a
+    vertex lies inside a curve and is no corner; ``radius_m`` (n,) is the curve's radius at the
+    vertex, inf on straight pieces; ``labels`` (n-1,) says where each piece comes from ("line 12",
+    "ARC #3").
     """
 
     points: FloatArray
@@ -107,7 +108,7 @@ def _assemble(
         own = line.points[::step]
         skip = 0
         if tail is not None:
-            if np.hypot(*(own[0] - tail)) <= settings.join_tolerance_m:
+            if lengths(own[:1] - tail)[0] <= settings.join_tolerance_m:
                 skip = 1  # the shared vertex is there already
             else:
                 feed.append(np.array([settings.traverse_feed_m_per_s]))
@@ -139,7 +140,7 @@ def _without_repeats(
     labels: list[str],
 ) -> ToolPath:
     """Drop pieces of no length (1 pm), which joining within the tolerance can leave."""
-    length = np.hypot(*np.diff(points, axis=0).T)
+    length = lengths(np.diff(points, axis=0))
     keep = length > SHORTEST_M
     vertex = np.concatenate([[True], keep])
     return ToolPath(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servogen.paths.curves import FloatArray
+from servogen.paths.curves import FloatArray, lengths
 from servogen.paths.geometry import ToolPath
 
 # Share of the acceleration limit that corners may use: rounding and the curve beside a corner
@@ -21,9 +21,12 @@ CORNER_SHARE = 0.98
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Limits of the ideal machine, per axis, and how a path uses them (SI units)."""
+    """Limits of the ideal machine, per axis, and how a path uses them (SI units).
 
-    velocity_m_per_s: float
+    ``velocity_m_per_s`` is one number for all axes, or one for each.
+    """
+
+    velocity_m_per_s: float | tuple[float, ...]
     acceleration_m_per_s2: float
     tangential_acceleration_m_per_s2: float
     centripetal_acceleration_m_per_s2: float
@@ -54,14 +57,14 @@ class Profile:
 
 def piece_lengths(path: ToolPath) -> FloatArray:
     """Length of each piece (n-1,) in metres."""
-    lengths: FloatArray = np.hypot(*np.diff(path.points, axis=0).T)
-    return lengths
+    return lengths(np.diff(path.points, axis=0))
 
 
 def piece_speed_limits(path: ToolPath, limits: MotionLimits, feed_scale: float) -> FloatArray:
-    """Feed of each piece (n-1,), no faster than either axis may move, in m/s."""
+    """Feed of each piece (n-1,), no faster than any axis may move, in m/s."""
     direction = np.abs(np.diff(path.points, axis=0)) / piece_lengths(path)[:, None]
-    machine = limits.velocity_m_per_s / direction.max(axis=1)
+    with np.errstate(divide="ignore"):  # an axis that does not move does not limit
+        machine = np.min(np.array(limits.velocity_m_per_s) / direction, axis=1)
     speeds: FloatArray = np.minimum(feed_scale * path.feed_m_per_s, machine)
     return speeds
 
@@ -81,7 +84,7 @@ def vertex_speed_limits(
     limit[1:] = np.minimum(limit[1:], piece_limit)
     limit = np.minimum(limit, np.sqrt(limits.centripetal_acceleration_m_per_s2 * path.radius_m))
     direction = np.diff(path.points, axis=0) / length[:, None]
-    turn = np.maximum(np.hypot(*np.diff(direction, axis=0).T), 1e-12)
+    turn = np.maximum(lengths(np.diff(direction, axis=0)), 1e-12)
     corner_time = min(limits.corner_time_s, sample_time_s)
     room = CORNER_SHARE * limits.acceleration_m_per_s2
     room_left = np.maximum(room - 0.5 * limits.tangential_acceleration_m_per_s2 * turn, 0.1 * room)

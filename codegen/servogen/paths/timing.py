@@ -33,7 +33,7 @@ _MOST_ROUNDS = 40
 
 @dataclass(frozen=True)
 class TimedPath:
-    """Points (h+1, 2) in metres, q(0) .. q(h), one every ``sample_time_s``, read-only.
+    """Points (h+1, p) in metres, q(0) .. q(h), one every ``sample_time_s``, read-only.
 
     ``piece`` (h+1,) is the piece of ``tool_path`` on which each point lies.
     """

@@ -34,15 +34,38 @@ _TOLERANCE_SHARE = 1e-5
 
 def run_figures(data: ContourReportData) -> list[Figure]:
     """In the order of the page."""
-    return [contour_figure(data), error_figure(data), command_figure(data)]
+    return [
+        contour_figure(data),
+        *side_figures(data),
+        error_figure(data),
+        command_figure(data),
+    ]
 
 
 def contour_figure(data: ContourReportData) -> Figure:
     """The contour from above and where the tool went, its distance from the contour magnified."""
-    task = data.machine.task
-    wanted = data.run.wanted[:, :2]
+    flat = "" if len(data.machine.axes) == 2 else " Seen from above; errors along z do not show."
+    return _view(data, "contour", "Contour and tool", (0, 1), flat)
+
+
+def side_figures(data: ContourReportData) -> list[Figure]:
+    """The same from the side, where a third axis moves: against the wider one of the others."""
+    wanted = data.run.wanted
+    if wanted.shape[1] < 3 or not np.ptp(wanted[:, 2]) > 0.0:
+        return []
+    wide = int(np.argmax(np.ptp(wanted[:, :2], axis=0)))
+    told = f" Seen along {'yx'[wide]}."
+    return [_view(data, "side", "Contour and tool from the side", (wide, 2), told)]
+
+
+def _view(
+    data: ContourReportData, name: str, title: str, seen: tuple[int, int], told: str
+) -> Figure:
+    """The contour in two of the axes, the error magnified."""
+    task, names = data.machine.task, data.machine.names
+    wanted = data.run.wanted[:, seen]
     shown = slice(0, task.end) if task.last - task.first < 2 else slice(task.first, task.last)
-    away = _away(data)[:, :2]
+    away = _away(data)[:, seen]
     extent = float(np.max(np.ptp(wanted, axis=0)))
     largest = float(np.max(np.linalg.norm(away[shown], axis=1), initial=0.0))
     factor = magnification(_SHOWN_SHARE * extent, largest)
@@ -52,19 +75,18 @@ def contour_figure(data: ContourReportData) -> Figure:
         _curve("contour", 1e3 * wanted[shown], tolerance, PATH_COLOUR, 1.2),
         _curve(f"tool, error {number(factor)} times", drawn, tolerance, X_COLOUR, 1.6),
     ]
-    shape = layout("x [mm]", ["y [mm]"])
+    shape = layout(f"{names[seen[0]]} [mm]", [f"{names[seen[1]]} [mm]"])
     shape["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
     shape["xaxis"] |= {"constrain": "domain"}
     shape["hovermode"] = "closest"
-    flat = "" if len(data.machine.axes) == 2 else " Seen from above; errors along z do not show."
     return Figure(
-        "contour",
-        "Contour and tool",
+        name,
+        title,
         f"What the tool is off the contour, across it, drawn {number(factor)} times as large, of "
-        f"the samples that count.{flat}",
+        f"the samples that count.{told}",
         traces,
         shape,
-        height=640,
+        height=640 if name == "contour" else 420,
         max_width="680px",
         square=True,
     )

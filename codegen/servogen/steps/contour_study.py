@@ -26,6 +26,8 @@ from servogen.systems.contour_study import (
 SCHEMA = "servogen.study_contour/1"
 # Of a contour with fewer samples Python is done before the compiler is; the bits are the same.
 SHORT = 1500
+# A design is run once: what optimising it takes is more than it gives back. The bits are the same.
+QUICK = ("-O0",)
 WIDTH = 52
 
 
@@ -120,5 +122,5 @@ def by_reference(design: ContourLqDesign) -> Iterator[Reference]:
 def by_c(design: ContourLqDesign) -> Iterator[Reference]:
     """The same, emitted and compiled."""
     package = emit_package(design.prefix, (declare_contour_lq(design),))
-    with built(package) as module:
+    with built(package, extra_flags=QUICK) as module:
         yield CompiledController(module, package.declarations[-1])

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from servogen.errors import InputError
+from servogen.paths.curves import lengths
+from servogen.paths.geometry import ToolPath
 from servogen.paths.load import load_tool_path
 from servogen.paths.profile import MotionLimits
 from servogen.paths.settings import PathSettings
@@ -166,8 +168,10 @@ def _along(time: FloatArray, total: float, ramp: float, feed: float, length: flo
 
 def _drawn(project: ContourProject, path: ContourPath, gains: Sequence[float]) -> ContourTask:
     """Timed, with the drawing's own points between those of two samples to measure distances to."""
-    limits = [table.command_limit for _, table in project.axes[:2]]
-    fastest = min(VELOCITY_SHARE * g * u for g, u in zip(gains, limits, strict=False))
+    fastest = tuple(
+        VELOCITY_SHARE * gain * table.command_limit
+        for gain, (_, table) in zip(gains, project.axes, strict=True)
+    )
     settings = PathSettings(
         tolerance_m=path.tolerance_m,
         feed_m_per_s=path.feed_m_per_s,
@@ -188,7 +192,8 @@ def _drawn(project: ContourProject, path: ContourPath, gains: Sequence[float]) -
     )
     period = project.sampling.sample_time_s
     with of_the_project(project):
-        tool_path = load_tool_path(settings, path.file)
+        tool_path = load_tool_path(settings, path.file, len(project.axes))
+        _check_places(project, path, tool_path)
         timed = time_path(tool_path, motion_limits, period, path.feed_scale)
     end = len(timed.points) - 1
     if end > MOST_SAMPLES:
@@ -199,16 +204,30 @@ def _drawn(project: ContourProject, path: ContourPath, gains: Sequence[float]) -
         )
     fine = _between(timed)
     rest = np.repeat(fine[-1:], (end + 2 * REST) * PIECES - len(fine), axis=0)
-    flat = np.vstack([fine, rest])
-    level = np.zeros((len(flat), len(project.axes) - 2))
-    motion = traced(np.hstack([flat, level]))
+    motion = traced(np.vstack([fine, rest]))
     return ContourTask(motion, end + REST, False, 0, end, end)
 
 
+def _check_places(project: ContourProject, path: ContourPath, drawn: ToolPath) -> None:
+    """Before it is timed: a drawing in the wrong unit is not a matter of its feed."""
+    for a, (name, table) in enumerate(project.axes):
+        beyond = np.flatnonzero(np.abs(drawn.points[:, a]) > table.position_limit_m)
+        if beyond.size:
+            at = int(beyond[0])
+            limit = f"|{name}| of at most machine.{name}.position_limit_m"
+            csv = "; a CSV file is in metres" if path.file.suffix.lower() == ".csv" else ""
+            raise InputError(
+                path.file,
+                drawn.labels[max(at - 1, 0)],
+                f"at {name} = {drawn.points[at, a]:.6g} m",
+                f"{limit} = {table.position_limit_m!r}{csv}",
+            )
+
+
 def _between(timed: TimedPath) -> FloatArray:
-    """(PIECES (K - 1) + 1, 2) points on the drawing, every tenth a timed one (K, 2)."""
+    """(PIECES (K - 1) + 1, p) points on the drawing, every tenth a timed one (K, p)."""
     corners = np.asarray(timed.tool_path.points, dtype=np.float64)
-    ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    ways = np.concatenate([[0.0], np.cumsum(lengths(np.diff(corners, axis=0)))])
     places = ways[timed.piece] + np.linalg.norm(timed.points - corners[timed.piece], axis=1)
     count = len(timed.points)
     at = np.interp(np.arange(PIECES * (count - 1) + 1) / PIECES, np.arange(count), places)
