@@ -17,7 +17,7 @@ def sweep(
     path = np.asarray(points, dtype=precision.dtype)
     before = course or Course(path[0].copy(), np.zeros_like(path[0]))
     count = len(path) - 1
-    return TangentSweep(path.shape[1], count, SHARE, APART, precision)(path, before)
+    return TangentSweep(path.shape[1], count, (1.0 - SHARE, SHARE), APART, precision)(path, before)
 
 
 def harmless(slide: Slide) -> np.ndarray:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from contour_designs import NAMES, in_c, made, package
-from contour_machine import CASES, batch_input, weights
+from contour_machine import CASES, batch_input
 
 from servogen.controllers.contour_estimate import wanted_state
 from servogen.controllers.contour_lq import ContourLq
@@ -100,7 +100,7 @@ def tangents_of(points: np.ndarray) -> np.ndarray:
     """(N, p) along a smooth contour, as docs/contour.md says, of points 0..N."""
     way = np.diff(points, axis=0)
     way = way / np.max(np.abs(way), axis=1)[:, None]
-    last, before = way[-1], way[-2]
+    last, before = way[-1], way[-2:][0]
     behind = np.vstack([way[1:], 2.0 * (last @ before) / (last @ last) * last - before])
     found = []
     for b, a in zip(way, behind, strict=True):
@@ -110,26 +110,28 @@ def tangents_of(points: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_command_is_that_of_the_batch_least_squares(case: str) -> None:
+BATCHED = ("one slide", "one slide before the end", "forty slides", "forty points", "space")
+
+
+@pytest.mark.parametrize("name", [*(f"{case} 64" for case in CASES), *BATCHED])
+def test_the_command_is_that_of_the_batch_least_squares(name: str) -> None:
     """In float64 C, to 1e-12 of the largest command, at the origin where nothing cancels."""
-    terminal, tracking, contour = CASES[case]
-    name, rng = f"{case} 64", np.random.default_rng(7)
-    own, worst = made(name), 0.0
+    own, rng, worst = made(name), np.random.default_rng(7), 0.0
+    axes = [axis.model.plant for axis in own.axes]
     for _ in range(20):
-        angle = rng.uniform(0.0, 2.0 * np.pi) + np.cumsum(rng.normal(0.0, 0.3, 11))
-        points = 1e-5 * np.cumsum(np.column_stack([np.cos(angle), np.sin(angle)]), axis=0)
-        states = [1e-6 * rng.normal(size=axis.order) for axis in AXES]
+        points = wandering(rng, own.preview, len(axes))
+        states = [1e-6 * rng.normal(size=axis.order) for axis in axes]
         shown = [axis.model.from_state @ x for axis, x in zip(own.axes, states, strict=True)]
         wanted, advance = points[1:], points[-1] - points[-2]
-        ends = [wanted_state(axis) for axis in AXES]
+        ends = [wanted_state(axis) for axis in axes]
         end = np.concatenate(
             [f.on_position * wanted[-1, a] + f.on_advance * advance[a] for a, f in enumerate(ends)]
         )
-        asked, state = weights(tracking, contour), np.concatenate(states)
-        exact = batch_input(AXES, asked, terminal, tangents_of(points), state, wanted, end)
+        state = np.concatenate(states)
+        tangents = tangents_of(points)
+        exact = batch_input(axes, own.weights, own.terminal, tangents, state, wanted, end)
         controller = in_c(name)
-        controller.call("reset", {"position": np.zeros(2)})
+        controller.call("reset", {"position": np.zeros(len(axes))})
         status, out = controller.call(
             "follow",
             {
@@ -142,6 +144,14 @@ def test_the_command_is_that_of_the_batch_least_squares(case: str) -> None:
         off = np.max(np.abs(np.asarray(out["command"]) - exact)) / np.max(np.abs(exact))
         worst = max(worst, float(off))
     assert worst < 1e-12
+
+
+def wandering(rng: np.random.Generator, preview: int, axes: int) -> np.ndarray:
+    """(N + 1, p) points 10 um apart in the plane, rising where there is a third axis."""
+    angle = rng.uniform(0.0, 2.0 * np.pi) + np.cumsum(rng.normal(0.0, 0.3, preview + 1))
+    ways = np.column_stack([np.cos(angle), np.sin(angle), rng.normal(0.0, 0.3, preview + 1)])
+    points: np.ndarray = 1e-5 * np.cumsum(ways[:, :axes], axis=0)
+    return points
 
 
 def operations(name: str) -> int:

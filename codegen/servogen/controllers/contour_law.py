@@ -57,7 +57,8 @@ class SlidingLaw:
         self._least_price = real(design.least_price)
         self._stiffest, self._farthest = real(bounds.stiffest), real(bounds.farthest)
         count = design.count or design.preview
-        self._sweep = TangentSweep(len(design.axes), count, design.share, design.apart, p)
+        price = (design.least_price, design.share)
+        self._sweep = TangentSweep(len(design.axes), count, price, design.apart, p)
 
     def __call__(
         self, points: FloatArray, course: Course, given: list[FloatArray]

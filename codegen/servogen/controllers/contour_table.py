@@ -22,7 +22,7 @@ class TabulatedLaw:
         self._gains = cast(np.swapaxes(table.gains, 1, 2), p)
         self._entries, self._at = table.entries, table.at
         self._half = self._real(0.5 * table.entries)
-        self._sweep = TangentSweep(2, design.preview, 0.0, design.apart, p)
+        self._sweep = TangentSweep(2, design.preview, (1.0, 0.0), design.apart, p)
 
     def __call__(
         self, points: FloatArray, course: Course, given: list[FloatArray]

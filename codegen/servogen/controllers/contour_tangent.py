@@ -54,8 +54,8 @@ class Slide:
 
     Attributes:
         along: (S, p) t_j, of any length; zeros where no direction is known.
-        price: (S,) tau_j (1 - beta/q phi^2) for tau_j the squared length of t_j / phi, or one:
-            with it the weight is (alpha + beta) I - beta phi^2 t t' / |t|^2.
+        price: (S,) tau_j (alpha/q + beta/q (1 - phi^2)) for tau_j the squared length of t_j / phi,
+            or one: with it the weight is (alpha + beta) I - beta phi^2 t t' / |t|^2.
         middle: (S, p) t_j / phi_j, never shorter than one where a direction is known.
         kept: (S,) phi_j.
         known: number of points j = 1..N with a direction.
@@ -71,11 +71,17 @@ class Slide:
 class TangentSweep:
     """Forward over the points for the directions they are reached by, and back for the others."""
 
-    def __init__(self, axes: int, count: int, share: float, apart: float, p: Precision) -> None:
+    def __init__(
+        self, axes: int, count: int, price: tuple[float, float], apart: float, p: Precision
+    ) -> None:
+        """``price``: alpha/q and beta/q, each as it is: their difference from one loses the small
+        one's digits."""
         self._axes, self._count = axes, count
         real = scalar_type(p)
-        self._share, self._apart, self._dtype = real(share), real(apart), p.dtype
+        self._least, self._share = real(price[0]), real(price[1])
+        self._apart, self._dtype = real(apart), p.dtype
         self._zero, self._one, self._two = real(0.0), real(1.0), real(2.0)
+        self._most, self._remainder = real(0.75), real(0.25)
 
     def __call__(self, points: FloatArray, course: Course) -> tuple[Slide, Course]:
         """Of points (N + 1, p), the present one first; the course then is that up to it."""
@@ -91,8 +97,9 @@ class TangentSweep:
             found = self._square(before) > self._zero
             known += int(found)
             if found and j <= self._count:
-                middle[j - 1], kept[j - 1] = self._between(before, behind)
-                price[j - 1] = self._price(middle[j - 1], kept[j - 1])
+                middle[j - 1], turned = self._between(before, behind)
+                kept[j - 1] = self._rest(turned * turned)
+                price[j - 1] = self._price(middle[j - 1], turned * turned, kept[j - 1])
             if fresh[j]:
                 left = reached[j]  # of the last point: by which it leaves the one before
         return Slide(middle * kept[:, None], price, middle, kept, known), after
@@ -119,15 +126,23 @@ class TangentSweep:
         return beyond
 
     def _between(self, before: FloatArray, behind: FloatArray) -> tuple[FloatArray, np.floating]:
+        """t / phi, and 1 - c^2: its square is 1 - phi."""
         cosine = self._dot(before, behind)
         squared = (cosine * cosine) / (self._square(before) * self._square(behind))
-        phi = squared * (self._two - squared)
         middle = before + behind if cosine >= self._zero else before - behind
-        return middle, phi
+        return middle, self._rest(squared)
 
-    def _price(self, middle: FloatArray, phi: np.floating) -> np.floating:
-        price: np.floating = self._square(middle) * (self._one - (self._share * phi) * phi)
+    def _price(self, middle: FloatArray, lost: np.floating, phi: np.floating) -> np.floating:
+        """With 1 - phi^2 = (1 - phi) (1 + phi): next to one, 1 - beta/q phi^2 would be rounding."""
+        dear = self._least + (self._share * lost) * (self._one + phi)
+        price: np.floating = self._square(middle) * dear
         return price
+
+    def _rest(self, share: np.floating) -> np.floating:
+        """1 - share, as IEEE 754 has it only in two steps on every target: the double subtraction
+        of libgcc for ARM rounds 1 - x the wrong way for some x next to 2^-33."""
+        rest: np.floating = (self._most - share) + self._remainder
+        return rest
 
     def _square(self, x: FloatArray) -> np.floating:
         return self._dot(x, x)
