@@ -10,6 +10,7 @@ import pytest
 from contour_example import (
     CIRCLE,
     DRAWN,
+    EXAMPLE,
     OUTPUT,
     SPACE,
     TABLE,
@@ -25,6 +26,7 @@ from servogen.emit.package import emit_package
 from servogen.jsontext import json_text
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Silent
+from servogen.project.contour_load import load_contour_project
 from servogen.sil.harness import Stepwise
 from servogen.steps.check import titles, titles_of
 from servogen.steps.contour import ContourSystem
@@ -32,7 +34,16 @@ from servogen.steps.contour_study import QUICK, ContourStudyResult, by_c
 from servogen.steps.prepare import prepare
 from servogen.systems.contour_loop import run_contour
 from servogen.systems.contour_proofs import contour_claims
-from servogen.systems.contour_study import ENCODER, HELD, PLAIN, PREVIEWED, PROJECT
+from servogen.systems.contour_study import (
+    ENCODER,
+    FILTER_LEAD,
+    HELD,
+    PLAIN,
+    PLAIN_ALL,
+    PREVIEWED,
+    PROJECT,
+    Course,
+)
 
 
 def test_the_project_s_type_chooses_the_system() -> None:
@@ -191,6 +202,30 @@ def test_the_paper_s_table_and_sweeps_come_out() -> None:
     assert contour == pytest.approx([5.86, 1.19, 0.34], rel=0.02)
 
 
+def test_the_filters_have_settled_before_a_run_by_encoders_counts() -> None:
+    """Slow drives under heavy weights: the start at the feed takes more than the commands have."""
+    project = load_contour_project(EXAMPLE.with_name("lagging.toml"))
+    system = prepare(project, Silent()).system
+    assert isinstance(system, ContourSystem)
+    with Silent().task("") as task:
+        course = Course(system.machine, by_c, task, FILTER_LEAD)
+        row = course.run(ENCODER, system.design, encoders=True)
+    assert row.limited == 0
+    assert max(row.command_share) < 0.2
+    assert row.contour_rms_m == pytest.approx(0.16e-6, rel=0.1)
+
+
+def test_contour_weight_shows_in_trouble() -> None:
+    """An axis that stands still is waited for; drives with too little are not outrun."""
+    still, still_plain, weak, weak_plain = compared().found.troubles
+    assert still.name == f"x stands still for 15 ms: {PROJECT}"
+    assert weak_plain.name == f"drives give 90% of the velocity needed: {PLAIN_ALL}"
+    assert still.contour_max_m < 0.6 * still_plain.contour_max_m
+    assert still.tracking_max_m > 15e-3 * 0.05  # 15 ms at the feed
+    assert 3.0 * weak.contour_rms_m < weak_plain.contour_rms_m
+    assert len(json.loads(json_text(compared().to_json()))["troubles"]) == 4
+
+
 def test_the_baseline_is_case_iii() -> None:
     """Both without a contour error, H_s at the end and the same weights; standing still is not."""
     found = compared().found
@@ -219,7 +254,7 @@ def test_a_study_says_what_failed() -> None:
     assert "H_s(Q_max)" in failed.faults[0]
     told = json.loads(json_text(done.to_json()))
     assert [len(sweep["rows"]) for sweep in told["sweeps"]] == [3, 2, 3, 3]
-    assert len(done.lines()) == 2 + len(rows) + 4 * 4 + 2
+    assert len(done.lines()) == 2 + len(rows) + 2 * 3 + 4 * 4 + 2
 
 
 def test_the_reference_is_the_emitted_controller_s() -> None:

@@ -90,7 +90,7 @@ def study_parts(data: ContourReportData) -> list[object]:
     study = data.study
     if study is None:
         return [Missing("The controllers have not been compared", f"servogen study {data.toml}")]
-    return [trade_figure(study), *_sweep_figures(study), study_table(study)]
+    return [trade_figure(study), *_sweep_figures(study), study_table(study), *trouble_tables(study)]
 
 
 def trade_figure(study: ContourStudy) -> Figure:
@@ -196,6 +196,21 @@ def study_table(study: ContourStudy) -> Table:
         f"{study.scale:.3g}, which makes them mean the same here."
     )
     return Table("Comparison", columns, tuple(map(_row, study.rows)), note)
+
+
+def trouble_tables(study: ContourStudy) -> list[Table]:
+    """What contour weight is worth where the machine cannot do as it is told."""
+    if not study.troubles:
+        return []
+    columns = ("trouble and controller", "tracking RMS [µm]", "largest [µm]", "contour RMS [µm]",
+               "largest [µm]")  # fmt: skip
+    note = (
+        "The same contour on a machine that cannot do as it is told, which the controller does not "
+        "know. With contour weight the other axis waits; plain tracking of the same weight goes on "
+        "without the one that is behind."
+    )
+    rows = tuple(_row(row)[: len(columns)] for row in study.troubles)
+    return [Table("In trouble", columns, rows, note)]
 
 
 def _row(row: ContourRow) -> tuple[Cell, ...]:

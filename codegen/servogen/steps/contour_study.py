@@ -51,6 +51,7 @@ class ContourStudyResult:
         lines = [f"study     {'':{WIDTH}}  tracking um        contour um      commands"]
         lines.append(f"          {'':{WIDTH}}    RMS  largest    RMS  largest  of limit")
         lines += [f"          {row.name:{WIDTH}} {_told(row)}" for row in self.found.rows]
+        lines += _troubled(self.found.troubles)
         for sweep in self.found.sweeps:
             lines += _swept(sweep)
         for spectrum in self.found.spectra:
@@ -68,6 +69,7 @@ class ContourStudyResult:
             "faults": self.faults,
             "weight_scale": self.found.scale,
             "rows": [asdict(row) for row in self.found.rows],
+            "troubles": [asdict(row) for row in self.found.troubles],
             "sweeps": [
                 {
                     "title": sweep.title,
@@ -92,6 +94,17 @@ def _told(row: ContourRow) -> str:
     told = "  ".join(f"{1e6 * part:7.3f}" for part in parts)
     cut = f", cut in {row.limited}" if row.limited else ""
     return f"{told}  {max(row.command_share):5.0%}{cut}"
+
+
+def _troubled(rows: tuple[ContourRow, ...]) -> list[str]:
+    """Under a heading for each trouble."""
+    lines: list[str] = []
+    for row in rows:
+        trouble, _, name = row.name.partition(": ")
+        heading = f"          {trouble}:"
+        lines += [] if heading in lines else [heading]
+        lines.append(f"            {name:{WIDTH - 2}} {_told(row)}")
+    return lines
 
 
 def _swept(sweep: ContourSweep) -> list[str]:

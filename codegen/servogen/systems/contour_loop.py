@@ -42,6 +42,21 @@ class ContourRun:
         return float(np.sqrt(np.mean(self.motion.distance(self.output[first:], first) ** 2)))
 
 
+@dataclass(frozen=True)
+class Trouble:
+    """What keeps a machine from doing as it is told, the controller not knowing.
+
+    Attributes:
+        axis: it stands still in samples ``begin`` to ``end``, the last one excluded.
+        limits: (p,) that the drives cut commands to.
+    """
+
+    axis: int
+    begin: int
+    end: int
+    limits: FloatArray
+
+
 def moving_state(axis: Discrete, points: FloatArray) -> FloatArray:
     """(n,) state that has been following a motion at the velocity between its first two points."""
     found = wanted_state(axis)
@@ -58,6 +73,7 @@ def run_contour(
     encoder_m: float | FloatArray | None = None,
     moving: bool = True,
     advance: Callable[[], None] | None = None,
+    trouble: Trouble | None = None,
 ) -> ContourRun:
     """``controller`` of ``design`` on ``machine``, already moving with the contour or at rest.
 
@@ -65,7 +81,7 @@ def run_contour(
         machine: the axes as they are; those of the design where the model is right. States of the
             controller are in the design's coordinates, so orders have to agree without an encoder.
         encoder_m: its count, or (p,) of each axis; None: the whole state is known.
-        advance: told of every sample.
+        advance: told of every sample. trouble: of the machine.
     """
     first = motion.points[:2] if moving else np.repeat(motion.points[:1], 2, axis=0)
     states = [moving_state(axis, first[:, a]) for a, axis in enumerate(machine)]
@@ -87,9 +103,13 @@ def run_contour(
         outputs.append(position)
         commands.append(command)
         told.append([int(status), int(np.asarray(out["limited"])), int(np.asarray(out["known"]))])
+        taken = command if trouble is None else np.clip(command, -trouble.limits, trouble.limits)
         states = [
-            axis.a @ x + axis.b * u for axis, x, u in zip(machine, states, command, strict=True)
+            axis.a @ x + axis.b * u for axis, x, u in zip(machine, states, taken, strict=True)
         ]
+        if trouble is not None and trouble.begin <= k < trouble.end:
+            held = trouble.axis
+            states[held] = moving_state(machine[held], np.repeat(position[held], 2))
         if advance is not None:
             advance()
     answers = np.array(told)

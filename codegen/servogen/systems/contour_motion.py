@@ -13,8 +13,8 @@ from servogen.precision import FloatArray
 # curve is a hundredth of that of a piece from sample to sample.
 PIECES = 10
 # Samples before and after the one that was due among whose points the nearest is sought: a curve
-# that crosses itself passes by again much later.
-NEAR = 20
+# that crosses itself passes by again much later, and a tool that was held up is far behind.
+BEHIND, NEAR = 60, 20
 # Samples before and after the nearest of these points whose pieces are measured to: past a corner
 # that is taken within one the nearest piece may be on the other leg.
 AROUND = 2
@@ -78,7 +78,7 @@ def traced(fine: FloatArray) -> ContourMotion:
     def distance(positions: FloatArray, first: int) -> FloatArray:
         due = PIECES * (first + np.arange(len(positions)))
         nearest, least = due, np.full(len(positions), np.inf)
-        for offset in range(-PIECES * NEAR, PIECES * NEAR + 1, PIECES):
+        for offset in range(-PIECES * BEHIND, PIECES * NEAR + 1, PIECES):
             at = np.clip(due + offset, 0, len(fine) - 1)
             square = np.sum((positions - fine[at]) ** 2, axis=1)
             nearest, least = np.where(square < least, at, nearest), np.minimum(least, square)

@@ -61,6 +61,9 @@ def judge_contour(name: str, run: ContourRun, task: ContourTask, limits: FloatAr
     """The row of a run to the end of its task; limits (p,) of the commands."""
     errors = errors_of(run, task)
     counted = slice(task.first, task.last)
+    # a machine that is moving when the run begins finds its filters at rest: their start is no
+    # part of a contour
+    begun = slice(task.first if task.moving else 0, None)
     refused = (run.status != Status.OK) & (run.status != Status.PRIMING)
     return ContourRow(
         name=name,
@@ -70,8 +73,8 @@ def judge_contour(name: str, run: ContourRun, task: ContourTask, limits: FloatAr
         contour_max_m=float(np.max(errors.contour[counted])),
         start_m=float(np.max(errors.contour[: task.first], initial=0.0)),
         stop_m=float(errors.tracking[-1]),
-        command_share=tuple(float(v) for v in np.max(np.abs(run.command), axis=0) / limits),
-        limited=int(np.count_nonzero(run.limited)),
+        command_share=tuple(float(v) for v in np.max(np.abs(run.command[begun]), axis=0) / limits),
+        limited=int(np.count_nonzero(run.limited[begun])),
         refused=int(np.count_nonzero(refused)),
         priming=int(np.count_nonzero(run.status == Status.PRIMING)),
         samples=len(run.output),

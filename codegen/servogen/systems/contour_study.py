@@ -18,7 +18,7 @@ from servogen.errors import InputError
 from servogen.plants.machining_centre import machining_centre
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Progress, Task
-from servogen.systems.contour_loop import ContourRun, run_contour
+from servogen.systems.contour_loop import ContourRun, Trouble, run_contour
 from servogen.systems.contour_machine import (
     ContourMachine,
     ContourSettings,
@@ -45,11 +45,15 @@ CONTOUR_WEIGHTS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0)
 # Samples before those that count: what a start leaves is below a nanometre then, but with hardly
 # any preview.
 LEAD, LONG_LEAD, HARDLY = 60, 1750, 2
+# The same of filters that are at rest when the machine is not.
+FILTER_LEAD = 300
 # Of a table where the project has none.
 ENTRIES, DIRECTION_AT = 64, 4
 # What single precision may change of an RMS error: metres, or a share of it.
 SINGLE_M, SINGLE_SHARE = 1e-8, 0.02
 
+# How long an axis stands still at most, and what share of their velocity the drives have left.
+STILL_S, MOST_STILL, TOO_LITTLE = 0.015, 50, 0.9
 PROJECT, ENCODER = "this project", "this project, by encoders"
 PLAIN, PLAIN_ALL = "plain tracking, beta = 0", "plain tracking, alpha + beta on every error"
 PREVIEWED, HELD = "finite preview [10]", "finite preview [10], standing still beyond it"
@@ -75,9 +79,11 @@ class ContourStudy:
 
     Attributes:
         scale: of the paper's weights alpha and beta on these drives.
+        troubles: rows on a machine that cannot do as it is told, with contour weight and without.
     """
 
     rows: tuple[ContourRow, ...]
+    troubles: tuple[ContourRow, ...]
     sweeps: tuple[ContourSweep, ...]
     spectra: tuple[FrozenSpectrum, ...]
     scale: float
@@ -88,7 +94,7 @@ class ContourStudy:
 
 
 @dataclass(frozen=True)
-class _Course:
+class Course:
     """What every run of a study shares."""
 
     machine: ContourMachine
@@ -102,17 +108,23 @@ class _Course:
         return at_feed_only(self.machine.project, self.machine.task, self.lead)
 
     @cached_property
-    def slow(self) -> _Course:
+    def slow(self) -> Course:
         """The same with a long lead."""
         return replace(self, lead=LONG_LEAD)
 
-    def run(self, name: str, design: ContourLqDesign, encoders: bool = False) -> ContourRow:
+    def run(
+        self,
+        name: str,
+        design: ContourLqDesign,
+        encoders: bool = False,
+        trouble: Trouble | None = None,
+    ) -> ContourRow:
         """A design along the contour, judged."""
         machine, contour = self.machine, self.contour
         with self.inside(design) as controller:
             found = run_contour(
                 design, controller, machine.axes, contour.motion, contour.samples,
-                machine.encoder_m if encoders else None, contour.moving,
+                machine.encoder_m if encoders else None, contour.moving, trouble=trouble,
             )  # fmt: skip
         return self.judged(name, found)
 
@@ -129,17 +141,24 @@ def compare_contours(machine: ContourMachine, inside: Inside, progress: Progress
         inside: gives what runs a design, its reference or its C.
     """
     scale = weight_scale(machine)
-    total = 9 + len(CASES) + len(PREVIEWS) * 2 + len(CONTOUR_WEIGHTS) * 2
+    total = (
+        9
+        + 4 * (machine.project.controller.contour.contour_weight > 0.0)
+        + len(CASES)
+        + len(PREVIEWS) * 2
+        + len(CONTOUR_WEIGHTS) * 2
+    )
     with progress.task("Comparing controllers", total=total) as task:
-        course = _Course(machine, inside, task)
+        course = Course(machine, inside, task)
         rows = [*_own(course), *_cases(course, scale), *_baselines(course, scale)]
+        troubles = _troubles(course)
         sweeps = _sweeps(course, scale)
     settings = contour_settings(machine.project)
     spectra = tuple(
         frozen_spectrum(machine.axes, settings.weights, end, _longest(settings), DIRECTIONS)
         for end in Terminal
     )
-    return ContourStudy(tuple(rows), sweeps, spectra, scale)
+    return ContourStudy(tuple(rows), troubles, sweeps, spectra, scale)
 
 
 def weight_scale(machine: ContourMachine) -> float:
@@ -159,7 +178,7 @@ def _longest(settings: ContourSettings) -> int:
     return max(PREVIEWS[-1], settings.preview)
 
 
-def _own(course: _Course) -> list[ContourRow]:
+def _own(course: Course) -> list[ContourRow]:
     machine = course.machine
     settings, own = contour_settings(machine.project), machine.precision
     other = FLOAT64 if own is FLOAT32 else FLOAT32
@@ -171,7 +190,8 @@ def _own(course: _Course) -> list[ContourRow]:
     rows = [
         course.run(f"{PROJECT}, {own.name}", design),
         course.run(f"{PROJECT}, {other.name}", contour_design(machine, other)),
-        course.run(ENCODER, design, encoders=True),
+        # the filters begin at rest, as the machine does not
+        replace(course, lead=FILTER_LEAD).run(ENCODER, design, encoders=True),
         course.run(PLAIN, contour_design(machine, settings=plain)),
         course.run(PLAIN_ALL, contour_design(machine, settings=heavy)),
     ]
@@ -189,7 +209,38 @@ def _own(course: _Course) -> list[ContourRow]:
     return rows
 
 
-def _cases(course: _Course, scale: float) -> list[ContourRow]:
+def _troubles(course: Course) -> tuple[ContourRow, ...]:
+    """Where contour weight shows: one axis cannot follow, and the other waits for it or not."""
+    machine, contour = course.machine, course.contour
+    settings = contour_settings(machine.project)
+    if settings.weights.contour == 0.0:
+        return ()
+    period = machine.project.sampling.sample_time_s
+    heavy = with_weights(replace(settings, entries=0), settings.weights.largest, 0.0)
+    designs = {
+        PROJECT: contour_design(machine),
+        PLAIN_ALL: contour_design(machine, settings=heavy),
+    }
+    speeds = np.abs(np.diff(contour.motion.points, axis=0)) / period
+    half = (contour.first + contour.last) // 2
+    begin = contour.first + int(np.argmax(speeds[contour.first : half, 0], keepdims=True)[0])
+    end = begin + min(max(round(STILL_S / period), 1), MOST_STILL)
+    needed = TOO_LITTLE * np.max(speeds[contour.first : contour.last], axis=0) / machine.gains
+    limits = np.where(needed > 0.0, np.minimum(needed, machine.limits), machine.limits)
+    troubles = {
+        f"x stands still for {1e3 * period * (end - begin):.3g} ms": Trouble(
+            0, begin, end, machine.limits
+        ),
+        f"drives give {TOO_LITTLE:.0%} of the velocity needed": Trouble(0, 0, 0, limits),
+    }
+    return tuple(
+        course.run(f"{told}: {name}", design, trouble=trouble)
+        for told, trouble in troubles.items()
+        for name, design in designs.items()
+    )
+
+
+def _cases(course: Course, scale: float) -> list[ContourRow]:
     rows = []
     for name, (end, alpha, beta) in CASES.items():
         settings = _paper(course.machine, end, scale * alpha, scale * beta)
@@ -203,7 +254,7 @@ def _paper(machine: ContourMachine, end: Terminal, alpha: float, beta: float) ->
     return with_weights(own, alpha, beta)
 
 
-def _baselines(course: _Course, scale: float) -> list[ContourRow]:
+def _baselines(course: Course, scale: float) -> list[ContourRow]:
     """With the weights of case III, which it is: neither knows of a contour error."""
     alpha, control = scale * CASES["III"][1], contour_settings(course.machine.project).weights
     preview = contour_settings(course.machine.project).preview
@@ -217,7 +268,7 @@ def _baselines(course: _Course, scale: float) -> list[ContourRow]:
     return rows
 
 
-def _sweeps(course: _Course, scale: float) -> tuple[ContourSweep, ...]:
+def _sweeps(course: Course, scale: float) -> tuple[ContourSweep, ...]:
     own = replace(contour_settings(course.machine.project), entries=0)
     alpha = scale * PAPER_ALPHA_OF_PREVIEWS
     plain = _paper(course.machine, Terminal.OUTPUT, alpha, 0.0)
@@ -242,7 +293,7 @@ def _sweeps(course: _Course, scale: float) -> tuple[ContourSweep, ...]:
     )  # fmt: skip
 
 
-def _previews(course: _Course, title: str, note: str, settings: ContourSettings) -> ContourSweep:
+def _previews(course: Course, title: str, note: str, settings: ContourSettings) -> ContourSweep:
     values, rows = [], []
     for preview in PREVIEWS:
         asked = replace(settings, preview=preview)
@@ -258,7 +309,7 @@ def _previews(course: _Course, title: str, note: str, settings: ContourSettings)
 
 
 def _contours(
-    course: _Course, title: str, note: str, settings: ContourSettings, scale: float
+    course: Course, title: str, note: str, settings: ContourSettings, scale: float
 ) -> ContourSweep:
     values = tuple(scale * beta for beta in CONTOUR_WEIGHTS)
     rows = []
