@@ -16,7 +16,7 @@ from servogen.evidence.prove_parts import Job
 from servogen.evidence.prove_run import prove
 from servogen.progress import Silent
 
-pytestmark = pytest.mark.xdist_group("contour evidence")
+pytestmark = pytest.mark.xdist_group("coverage")
 
 
 @pytest.mark.parametrize("name", FORMS)

@@ -36,7 +36,7 @@ VARIANTS = {
 
 # The player of each is built once, on one worker.
 of_each_variant = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in VARIANTS]
+    "name", [pytest.param(name, marks=pytest.mark.xdist_group("sanitizers")) for name in VARIANTS]
 )
 
 

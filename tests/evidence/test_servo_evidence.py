@@ -18,7 +18,7 @@ from servogen.evidence.prove_bounds import judge_bounds
 from servogen.evidence.prove_run import INPUTS, Job, prove
 from servogen.progress import Silent
 
-pytestmark = pytest.mark.xdist_group("servo evidence")
+pytestmark = pytest.mark.xdist_group("coverage")
 HEAD = AXES["headstock"]
 
 

@@ -34,6 +34,9 @@ from servogen.systems.contour_loop import run_contour
 from servogen.systems.contour_proofs import contour_claims
 from servogen.systems.contour_study import ENCODER, HELD, PLAIN, PREVIEWED, PROJECT
 
+# One worker: the example is compared once.
+pytestmark = pytest.mark.xdist_group("contour example")
+
 
 def test_the_project_s_type_chooses_the_system() -> None:
     found = prepare(small_system().project, Silent())
