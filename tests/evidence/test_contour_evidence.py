@@ -34,6 +34,7 @@ def test_runs_never_exceed_their_count(monkeypatch: pytest.MonkeyPatch) -> None:
         assert counts.judge(one, plays, counts.count_runs(one, plays)) == []
 
 
+@pytest.mark.tools
 def test_sanitizers_have_nothing_to_say() -> None:
     finding = sanitizers.run(on_bench("table, float32"), Silent())
     assert finding.passed, finding.faults

@@ -69,6 +69,7 @@ def test_a_turn_that_is_not_counted_is_seen() -> None:
     assert any(f"{prefix}_find: " in fault for fault in counts.judge(one, plays, runs))
 
 
+@pytest.mark.tools
 def test_kept_sequences_run_clean_under_sanitizers() -> None:
     finding = sanitizers.run(bench(Axis("ez32", "pair", "float32")), Silent())
     assert finding.passed, finding.faults
