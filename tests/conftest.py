@@ -72,6 +72,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: rank.get(_unit(item), len(LONG)))
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist's own says that this worker is ready
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Each worker tells the units of its tests; who hands them out collects nothing."""
     if (worker := getattr(session.config, "workerinput", None)) is None:
