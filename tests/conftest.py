@@ -21,7 +21,35 @@ SHARED = "SERVOGEN_TESTS_SHARED"  # read by tests/sil/shared_builds.py
 _made = pytest.StashKey[str]()
 
 # Modules and groups of 15 s and more, the longest first: whoever begins one last is waited for.
-LONG: tuple[str, ...] = ()
+LONG = (
+    "equivalence 1",
+    "governor example",
+    "coverage",
+    "servo_drive",
+    "equivalence 2",
+    "governor mutants",
+    "tests/sil/test_certified_iterations.py",
+    "governor axis",
+    "tests/systems/test_command_governor_properties.py",
+    "tests/golden/test_generated_is_fresh.py",
+    "tests/sets/test_admissible.py",
+    "tests/evidence/test_compilers.py",
+    "governor",
+    "active set",
+    "tests/steps/test_servo_plants.py",
+    "tests/sil/test_lookup_sil.py",
+    "mutants",
+    "tests/cli/test_servo_verbs.py",
+    "tests/evidence/test_sanitizers.py",
+    "governor of the paper",
+    "tests/sil/test_qp_edges.py",
+    "tests/sil/test_minimal_motion_window.py",
+    "tests/explicit/test_position_bounds.py",
+    "tests/sil/test_command_governor_plan.py",
+    "tests/cli/test_governor_verbs.py",
+    "seeded",
+    "tests/explicit/test_certify.py",
+)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -44,6 +72,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: rank.get(_unit(item), len(LONG)))
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist's own says that this worker is ready
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Each worker tells the units of its tests; who hands them out collects nothing."""
     if (worker := getattr(session.config, "workerinput", None)) is None:

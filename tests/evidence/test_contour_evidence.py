@@ -16,7 +16,7 @@ from servogen.evidence.prove_parts import Job
 from servogen.evidence.prove_run import prove
 from servogen.progress import Silent
 
-pytestmark = pytest.mark.xdist_group("contour evidence")
+pytestmark = pytest.mark.xdist_group("coverage")
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -34,6 +34,7 @@ def test_runs_never_exceed_their_count(monkeypatch: pytest.MonkeyPatch) -> None:
         assert counts.judge(one, plays, counts.count_runs(one, plays)) == []
 
 
+@pytest.mark.tools
 def test_sanitizers_have_nothing_to_say() -> None:
     finding = sanitizers.run(on_bench("table, float32"), Silent())
     assert finding.passed, finding.faults

@@ -75,6 +75,7 @@ def test_every_branch_of_the_active_set_method_is_reached_or_listed(precision):
     assert file in result.files
 
 
+@pytest.mark.tools
 def test_every_branch_of_a_command_governor_is_reached_or_listed():
     result = on_governor()
     assert result.faults == []
@@ -83,6 +84,7 @@ def test_every_branch_of_a_command_governor_is_reached_or_listed():
     assert "where: i < ROWS is never false" in listed
 
 
+@pytest.mark.tools
 def test_every_entry_of_the_list_is_needed_somewhere():
     every = [
         *(by_active_set(precision) for precision in ("float32", "float64")),

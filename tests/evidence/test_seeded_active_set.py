@@ -14,8 +14,8 @@ from servogen.evidence.seeded_active_set import ACTIVE_SET_FAULTS
 from servogen.evidence.seeded_faults import FAULTS, KINDS
 from servogen.evidence.seeded_quick import Equivalence, StaticCount, warnings
 
-# One worker: what the sound C answers is recorded once.
-pytestmark = pytest.mark.xdist_group("seeded_active_set")
+# One worker: what the sound C answers is recorded once. By default test_seeded.py is enough.
+pytestmark = [pytest.mark.xdist_group("seeded_active_set"), pytest.mark.tools]
 BASE = Variant("seed", horizon=5, cap=40, letter="L", method="active_set")
 BY_NAME = {fault.name: fault for fault in ACTIVE_SET_FAULTS}
 SILENT = [fault for fault in ACTIVE_SET_FAULTS if fault.silent]

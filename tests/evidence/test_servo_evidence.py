@@ -18,7 +18,7 @@ from servogen.evidence.prove_bounds import judge_bounds
 from servogen.evidence.prove_run import INPUTS, Job, prove
 from servogen.progress import Silent
 
-pytestmark = pytest.mark.xdist_group("servo evidence")
+pytestmark = pytest.mark.xdist_group("coverage")
 HEAD = AXES["headstock"]
 
 
@@ -69,6 +69,7 @@ def test_a_turn_that_is_not_counted_is_seen() -> None:
     assert any(f"{prefix}_find: " in fault for fault in counts.judge(one, plays, runs))
 
 
+@pytest.mark.tools
 def test_kept_sequences_run_clean_under_sanitizers() -> None:
     finding = sanitizers.run(bench(Axis("ez32", "pair", "float32")), Silent())
     assert finding.passed, finding.faults

@@ -26,6 +26,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
 from contour_example import CIRCLE, OUTPUT, SPACE, compared, contour_system, simulated, small_system
 
+# One worker: the example is compared once.
+pytestmark = pytest.mark.xdist_group("contour example")
 PLOTS = ("contour", "errors", "commands", "spectrum", "trade", "previews", "weights")
 
 

@@ -23,6 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "steps"))
 
 from governor_example import compared, simulated, small_system
 
+# One worker: the small machine is compared once.
+pytestmark = pytest.mark.xdist_group("governor example")
 PLOTS = ("flow", "pattern", "tube", "path", "response", "stroke", "limits", "taken", "study")
 
 

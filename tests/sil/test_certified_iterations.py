@@ -140,7 +140,7 @@ def certified(name: str, warm: bool) -> tuple[IterationCertificate, list[Piece]]
 def compiled(name: str, cap: int) -> Module:
     own = replace(case(name, cap).design, prefix="own")
     package = emit_package("capped", (declare_qp_solver(own),))
-    return compile_package([package], temporary_folder(f"capped_{name}_{cap}"))
+    return compile_package([package], temporary_folder(f"capped_{name}_{cap}"), ["-O0"])
 
 
 def in_c(name: str, cap: int) -> CompiledController:

@@ -45,6 +45,9 @@ from servogen.systems.contour_study import (
     Course,
 )
 
+# One worker: the example is compared once.
+pytestmark = pytest.mark.xdist_group("contour example")
+
 
 def test_the_project_s_type_chooses_the_system() -> None:
     found = prepare(small_system().project, Silent())

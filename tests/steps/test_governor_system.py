@@ -28,6 +28,9 @@ from servogen.steps.prepare import prepare
 from servogen.systems.command_governor_faults import part_fault
 from servogen.systems.command_governor_study import CASCADES, EXTENDED, LOW_PASS, PATH, REFERENCES
 
+# One worker: the small machine is compared once.
+pytestmark = pytest.mark.xdist_group("governor example")
+
 
 def test_the_project_s_type_chooses_the_system(tmp_path: Path) -> None:
     found = prepare(small_project(tmp_path, ('"float64"', '"float32"')), Silent())

@@ -38,6 +38,9 @@ from servogen.systems.command_governor_rows import (
 from servogen.systems.command_governor_study import compare_governors, run_machine
 from servogen.systems.command_governor_sweeps import Shortsighted, sweeps
 
+# One worker: the small machine is compared once.
+pytestmark = pytest.mark.xdist_group("governor example")
+
 
 def machine() -> GovernorMachine:
     return small_system().machine

@@ -98,5 +98,4 @@ class Frame:
         return found if found is not None else self._file_scope(name)
 
     def _file_scope(self, name: str) -> Value:
-        hidden = any(d.name == name for d, _ in self.typed.locals)
-        return UNKNOWN if hidden or name in self.typed.parameters else self.typed.unit.known(name)
+        return UNKNOWN if self.typed.is_local(name) else self.typed.unit.known(name)

@@ -68,6 +68,8 @@ class TypedFunction:
         self.in_memory: set[str] = set()
         self.in_memory |= {p.name for p in named if "volatile" in object_qualifiers(p.type)}
         self._types: dict[int, CType] = {}
+        self._literal: dict[int, bool] = {}
+        self._names = set(self.parameters)
         self._scopes: list[dict[str, CType]] = [
             dict(zip(self.parameters, self.signature.parameters, strict=False))
         ]
@@ -92,6 +94,14 @@ class TypedFunction:
 
     def is_literal(self, node: c_ast.Node) -> bool:
         """True for what every compiler folds: literals, enumeration constants, sizeof."""
+        known = self._literal.get(id(node))
+        if known is None:
+            known = self._is_literal(node)
+            if id(node) in self._types:  # of the function itself, which lives as long as this
+                self._literal[id(node)] = known
+        return known
+
+    def _is_literal(self, node: c_ast.Node) -> bool:
         if isinstance(node, c_ast.Constant):
             return True
         if isinstance(node, c_ast.ID):
@@ -118,7 +128,7 @@ class TypedFunction:
 
     def is_local(self, name: str) -> bool:
         """True for a parameter or a variable declared inside the function."""
-        return name in self.parameters or any(d.name == name for d, _ in self.locals)
+        return name in self._names
 
     # -- statements ------------------------------------------------------------------------
 
@@ -146,6 +156,7 @@ class TypedFunction:
             raise refuse(node, "a function declared inside a function")
         self._scopes[-1][node.name] = kind
         self.locals.append((node, kind))
+        self._names.add(node.name)
         if "volatile" in object_qualifiers(node.type):
             self.in_memory.add(node.name)  # another may change it at any time
         if node.init is not None:
