@@ -16,6 +16,7 @@ import pytest
 
 from servogen.reports import GovernorReportData, browser, chromium, make_governor_report
 from servogen.reports.checks import verdict
+from servogen.reports.governor_figures import limits_figure, taken_figure
 from servogen.reports.governor_page import governor_checks
 from servogen.reports.numbers import number
 
@@ -116,6 +117,38 @@ def test_the_slow_stage_is_between_the_bounds_of_its_points(
     assert np.min(np.minimum(upper[:-1] - ends, ends - lower[:-1])) < 1e-3
     first = full.machine.points[: int(run.taken[0]) + 1, 0]
     assert lower[0] == pytest.approx(np.max(first) - 0.025, abs=1e-6)
+
+
+def test_axes_that_differ_have_limits_of_their_own(full: GovernorReportData) -> None:
+    x, y = full.machine.sets
+    other = replace(y.limits, velocity_m_per_s=0.07, acceleration_m_per_s2=1e-3)
+    machine = replace(full.machine, sets=(x, replace(y, limits=other)))
+    alike, unlike = limits_figure(full), limits_figure(replace(full, machine=machine))
+    levels = [
+        {(t["name"], t["y"][0]) for t in figure.traces if t["name"].startswith("limit")}
+        for figure in (alike, unlike)
+    ]
+    assert levels[0] == {("limit", 0.1), ("limit", -0.1)}
+    assert levels[1] == {
+        ("limit, x", 0.1), ("limit, x", -0.1), ("limit, y", 0.07), ("limit, y", -0.07),
+        ("limit, y", 0.001), ("limit, y", -0.001),
+    }  # fmt: skip
+    assert "10 m/s², is beyond" in unlike.caption
+
+
+def test_iterations_that_are_all_zero_have_a_range(full: GovernorReportData) -> None:
+    none = replace(full, run=replace(full.run, iterations=np.zeros_like(full.run.iterations)))
+    assert taken_figure(none).layout["yaxis2"]["range"] == [-0.05, 1.0]
+    assert "range" not in taken_figure(full).layout["yaxis2"]
+
+
+def test_the_project_s_own_setting_is_marked(full: GovernorReportData, page: str) -> None:
+    assert full.study is not None
+    own = [[t.label for t in s.trials if t.is_project] for s in full.study.sweeps]
+    assert own[0] == ["N = 3"]
+    assert own[2:] == [["1 mm"], ["l + 1, the point after"]]
+    text = readable(page)
+    assert all(f"{label}, the project's" in text for labels in own for label in labels)
 
 
 def test_the_options_are_told(full: GovernorReportData, page: str) -> None:

@@ -27,6 +27,7 @@ from servogen.steps.governor_study import GovernorStudyResult
 from servogen.steps.prepare import prepare
 from servogen.systems.command_governor_faults import part_fault
 from servogen.systems.command_governor_study import CASCADES, EXTENDED, LOW_PASS, PATH, REFERENCES
+from servogen.systems.command_governor_sweeps import Trial, sweeps
 
 # One worker: the small machine is compared once.
 pytestmark = pytest.mark.xdist_group("governor example")
@@ -155,6 +156,32 @@ def test_a_broken_promise_fails_the_comparison_and_a_rival_s_does_not() -> None:
     assert not failed.passed
     assert [fault.split(":")[0] for fault in failed.faults] == [row.name for row in broken[:2]]
     assert "FAILED" in failed.lines()[-1]
+
+
+def test_what_was_never_active_and_what_is_beyond_its_limit_is_said() -> None:
+    done = simulated()
+    between = replace(done.row.between, velocity=0.0268, stroke=-0.01)
+    lines = replace(done, row=replace(done.row, iterations=(0.0, 0), between=between)).lines()
+    assert "no constraint was ever active" in lines[-1]
+    assert "2.68 % beyond its limit at every fast sample" in lines[3]
+    assert ", 99 % at every fast sample" in lines[5]
+    assert not any("never active" in line for line in done.lines())
+
+
+def test_reserves_that_leave_no_tube_are_not_tried() -> None:
+    machine = small_system().machine
+    own = machine.project.controller
+    governor = own.governor.model_copy(update={"stroke_margin_m": 0.0225})
+    controller = own.model_copy(update={"governor": governor})
+    tight = replace(machine, project=replace(machine.project, controller=controller))
+    tried = [[s.label for s in sweeps(m)[2][2]] for m in (machine, tight)]
+    assert tried == [["1 mm", "2 mm", "4 mm", "8 mm"], ["1 mm", "2 mm"]]
+
+
+def test_strokes_that_differ_are_told_in_shares() -> None:
+    row = replace(simulated().row, between=replace(simulated().row.between, stroke=0.01))
+    assert Trial("a", 0.025, (row,)).over_stroke(row) == "+0.250 mm"
+    assert Trial("a", None, (row,)).over_stroke(row) == "+1.00 %"
 
 
 def test_the_sets_are_proved() -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from servogen.precision import FloatArray
+from servogen.precision import FloatArray, IntArray
 from servogen.reports.decimation import keep_extremes, simplify
 from servogen.reports.governor_data import GovernorReportData
 from servogen.reports.governor_flow_figure import flow_figure
@@ -15,6 +17,7 @@ from servogen.reports.style import (
     X_COLOUR,
     Y_COLOUR,
     Figure,
+    Layout,
     Trace,
     layout,
     limit,
@@ -190,15 +193,16 @@ def limits_figure(data: GovernorReportData) -> Figure:
             values = data.run.slow_fine[:, i, state]
             own = {"legendgroup": name, "showlegend": panel == 1}
             traces.append(signal(name, time, values, colour, panel, **own))
-    fastest = max(level.velocity_m_per_s for level in levels)
-    hardest = max(level.acceleration_m_per_s2 for level in levels)
-    traces += limits(span, fastest)
-    largest = max(data.row.motion.largest_acceleration)
+    fastest = [level.velocity_m_per_s for level in levels]
+    hardest = [level.acceleration_m_per_s2 for level in levels]
+    traces += _levels(span, fastest, 1)
     told = ""
-    if hardest <= _FAR * largest:
-        traces += limits(span, hardest, 2, shown=False)
-    else:
-        told = f" The limit of the acceleration, {hardest:g} m/s², is beyond the picture."
+    largest = max(data.row.motion.largest_acceleration)
+    near = [level if level <= _FAR * largest else None for level in hardest]
+    traces += _levels(span, near, 2)
+    if beyond := [level for level, shown in zip(hardest, near, strict=True) if shown is None]:
+        each = " and ".join(f"{level:g} m/s²" for level in dict.fromkeys(beyond))
+        told = f" The limit of the acceleration, {each}, is beyond the picture."
     return Figure(
         "limits",
         "Velocity and acceleration of the slow stages",
@@ -210,6 +214,18 @@ def limits_figure(data: GovernorReportData) -> Figure:
         linked=True,
         height=520,
     )
+
+
+def _levels(span: tuple[float, float], levels: Sequence[float | None], panel: int) -> list[Trace]:
+    """The limit of both axes, or where they differ each in its axis's colour; None: not shown."""
+    if levels[0] == levels[1]:
+        return [] if levels[0] is None else limits(span, levels[0], panel, panel == 1)
+    return [
+        trace | {"name": f"limit, {name}", "line": trace["line"] | {"color": colour}}
+        for level, (name, colour) in zip(levels, _COLOURS, strict=True)
+        if level is not None
+        for trace in limits(span, level, panel, panel == 1)
+    ]
 
 
 def taken_figure(data: GovernorReportData) -> Figure:
@@ -228,10 +244,17 @@ def taken_figure(data: GovernorReportData) -> Figure:
         "Points and iterations of every slow period",
         "A period takes at most M points; where it takes fewer, the tool waits at the last one.",
         traces,
-        layout(_TIME, ["points [1]", "iterations [1]"]),
+        _counted(layout(_TIME, ["points [1]", "iterations [1]"]), run.iterations),
         linked=True,
         height=480,
     )
+
+
+def _counted(shape: Layout, iterations: IntArray) -> Layout:
+    """With a range of iterations where there was none, which would else be about zero."""
+    if not np.any(iterations):
+        shape["yaxis2"] |= {"range": [-0.05, 1.0]}
+    return shape
 
 
 def _time(data: GovernorReportData) -> tuple[FloatArray, tuple[float, float]]:

@@ -51,7 +51,8 @@ def _blocks(data: GovernorReportData) -> dict[str, _Block]:
     machine = data.machine
     governor = machine.project.controller.governor
     least = machine.project.controller.motion.reference == "minimal_motion"
-    sent = ("Minimal motion", "(19)-(20), offline") if least else ("Pattern itself", "as reference")
+    made = "streamed" if machine.project.controller.motion.streamed_window else "offline"
+    sent = ("Minimal motion", f"(19)-(20), {made}") if least else ("Pattern itself", "as reference")
     variables = data.design.axes[0].program.variables
     period = f"every {number(1e3 * machine.period_s)} ms"
     fast = f"every {number(1e6 * machine.period_s / machine.ratio)} µs"

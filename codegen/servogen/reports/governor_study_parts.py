@@ -121,9 +121,9 @@ def _sweep(sweep: Sweep) -> Table:
             f"{told}: time [s]",
             "largest |a| [m/s²]",
             "velocity beyond",
-            "stroke beyond [mm]",
+            "stroke beyond",
         ]
-    rows = tuple((text(trial.label, "name"), *_trial(trial)) for trial in sweep.trials)
+    rows = tuple((text(trial.told, "name"), *_trial(trial)) for trial in sweep.trials)
     return Table(sweep.title, tuple(columns), rows, sweep.note)
 
 
@@ -135,11 +135,10 @@ def _trial(trial: Trial) -> list[Cell]:
             cells += [text(row.stopped), empty, empty, empty]
             continue
         broken = BAD if row.broken else PLAIN
-        over_mm = 1e3 * trial.stroke_m * row.between.stroke
         cells += [
             figure_cell(row.time_s, kind=broken),
             figure_cell(max(row.motion.largest_acceleration), 3),
             Cell(f"{100.0 * row.between.velocity:+.2f} %", numeric=True),
-            Cell(f"{over_mm:+.3f}", numeric=True),
+            Cell(trial.over_stroke(row), numeric=True),
         ]
     return cells

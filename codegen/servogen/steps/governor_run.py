@@ -25,6 +25,8 @@ from servogen.systems.command_governor_study import run_machine
 SCHEMA = "servogen.simulate_governor/1"
 # The cap is there to be reached now and then; more often than this it is too small.
 BACKUP_SHARE = 0.01
+# Of a limit: what two simulations of the same path differ by.
+ROUNDED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,11 @@ class GovernorSimulation:
             lines.append(
                 f"          {name}: {_share(kept)} where it is kept, {_share(between)} at every "
                 "fast sample (reported, not enforced)"
+            )
+        if row.iterations[1] == 0:
+            lines.append(
+                "          no constraint was ever active: every plan was the reference itself, and "
+                "the governor had nothing to do on this drawing"
             )
         return [*lines, *(f"          FAILED: {fault}" for fault in self.faults)]
 
@@ -170,8 +177,10 @@ def _pair(values: tuple[float, float]) -> str:
 
 
 def _share(excess: float) -> str:
-    """``99.9 %``, or what it is over its limit."""
-    return f"{100.0 * (1.0 + excess):.4g} %" + (", over" if excess > 1e-9 else "")
+    """``99.9 %`` of its limit, or what it is beyond it."""
+    if excess > ROUNDED:
+        return f"{100.0 * excess:.3g} % beyond its limit"
+    return f"{100.0 * (1.0 + excess):.4g} %"
 
 
 def _number(value: float) -> float | None:

@@ -74,7 +74,11 @@ class GovernorStudyResult:
                 {
                     "title": sweep.title,
                     "trials": [
-                        {"setting": t.label, "rows": [row_json(row) for row in t.rows]}
+                        {
+                            "setting": t.label,
+                            "is_project": t.is_project,
+                            "rows": [row_json(row) for row in t.rows],
+                        }
                         for t in sweep.trials
                     ],
                 }
@@ -112,9 +116,9 @@ def _trial(trial: Trial) -> str:
         told.append(
             f"{row.time_s:6.2f}  {max(row.motion.largest_acceleration):5.2f}  "
             f"{100.0 * row.between.velocity:+6.2f} %  "
-            f"{1e3 * trial.stroke_m * row.between.stroke:+7.3f} mm"
+            f"{trial.over_stroke(row):>10}"
         )
-    return f"{trial.label:{WIDTH}} {' | '.join(told)}"
+    return f"{trial.told:{WIDTH}} {' | '.join(told)}"
 
 
 def study(machine: GovernorMachine, progress: Progress) -> GovernorStudyResult:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def _trials(
     found = []
     for setting in settings:
         if setting.is_project:
-            found.append(Trial(setting.label, base.stroke_m, base.rows))
+            found.append(replace(base, label=setting.label))
         else:
             found.append(run_setting(setting, machine, inside))
         task.advance()

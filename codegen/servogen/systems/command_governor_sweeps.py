@@ -67,11 +67,29 @@ class Setting:
 
 @dataclass(frozen=True)
 class Trial:
-    """A setting, run: a row for each of ``REFERENCES``. ``stroke_m``: of the fast stages."""
+    """A setting, run: a row for each of ``REFERENCES``.
+
+    Attributes:
+        stroke_m: of the fast stages; None where x and y differ.
+        is_project: whether it is the project as its file has it.
+    """
 
     label: str
-    stroke_m: float
+    stroke_m: float | None
     rows: tuple[GovernorRow, ...]
+    is_project: bool = False
+
+    @property
+    def told(self) -> str:
+        """The label, with which one is the project's own."""
+        return f"{self.label}, the project's" if self.is_project else self.label
+
+    def over_stroke(self, row: GovernorRow) -> str:
+        """What a row is beyond the stroke at the worst fast sample: mm, or where the strokes
+        differ a share of it."""
+        if self.stroke_m is None:
+            return f"{100.0 * row.between.stroke:+.2f} %"
+        return f"{1e3 * self.stroke_m * row.between.stroke:+.3f} mm"
 
 
 @dataclass(frozen=True)
@@ -163,7 +181,8 @@ def sweeps(machine: GovernorMachine) -> tuple[tuple[str, str, tuple[Setting, ...
 
 def run_setting(setting: Setting, machine: GovernorMachine, inside: Inside) -> Trial:
     """On both references; what cannot be made or does not finish is a row that says so."""
-    stroke = machine.sets[0].limits.fast_range_m
+    strokes = {target.limits.fast_range_m for target in machine.sets}
+    stroke = strokes.pop() if len(strokes) == 1 else None
     names = [f"{setting.label}, {told}" for told in REFERENCES.values()]
     try:
         built = machine if setting.build is None else setting.build()
@@ -175,7 +194,7 @@ def run_setting(setting: Setting, machine: GovernorMachine, inside: Inside) -> T
     with inside(design) as governor:
         seen = governor if setting.ahead is None else Shortsighted(governor, setting.ahead)
         rows = [_row(name, own, design, seen) for name, own in zip(names, machines, strict=True)]
-    return Trial(setting.label, stroke, tuple(rows))
+    return Trial(setting.label, stroke, tuple(rows), setting.is_project)
 
 
 def _row(
@@ -197,7 +216,7 @@ def _between(machine: GovernorMachine) -> Iterator[Setting]:
     for subs in INSTANTS:
         changed = None if subs == own else partial(_instants, machine, subs)
         yield Setting(f"N = {subs}", changed)
-    margin = MARGIN_SHARE * machine.sets[0].limits.fast_range_m
+    margin = MARGIN_SHARE * min(target.limits.fast_range_m for target in machine.sets)
     rows = {"sub_step_stroke": True}
     both = {**rows, "stroke_margin_m": margin}
     told = f"and a margin of {1e3 * margin:.3g} mm"
@@ -219,7 +238,7 @@ def _ahead(machine: GovernorMachine) -> Iterator[Setting]:
             yield Setting(f"{points} points", ahead=points)
     told = "all that a plan can use"
     if own < most:
-        yield Setting(f"{own} points, the project's")
+        yield Setting(f"{own} points")
         yield Setting(
             f"{most} points, {told}", partial(_governed, machine, {"points_ahead": "all"})
         )
@@ -228,10 +247,13 @@ def _ahead(machine: GovernorMachine) -> Iterator[Setting]:
 
 
 def _reserve(machine: GovernorMachine) -> Iterator[Setting]:
+    """Those that leave a tube on both axes."""
     reserve = machine.project.controller.motion.stroke_reserve_m
+    margin = machine.project.controller.governor.stroke_margin_m
+    least = min(target.limits.fast_range_m for target in machine.sets) - margin
     for times in RESERVES:
         own = times * reserve
-        if own < machine.sets[0].limits.fast_range_m:
+        if own < least:
             changed = None if times == 1.0 else partial(_reserved, machine, own)
             yield Setting(f"{1e3 * own:.3g} mm", changed)
 
