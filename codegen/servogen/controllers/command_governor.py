@@ -129,11 +129,16 @@ class CommandGovernor:
         self.last = np.array([path[taken] for path in own])
         if taken:
             self.home = np.array([part[taken - 1] for part in slow]).astype(self._real)
-        if status is Status.OK and points[0].size == 0:
-            status = Status.FINISHED
-        elif status is Status.OK and indices[-1] == 0 and all(a.standing for a in self.axes):
-            status = Status.UNREACHABLE
-        return status, self._outputs(taken, found, iterations)
+        return self._told(status, points[0].size, indices), self._outputs(taken, found, iterations)
+
+    def _told(self, status: Status, count: int, indices: IntArray) -> Status:
+        """Of a period that went well: whether there is no point, or none in reach."""
+        if status >= Status.BACKUP:
+            return status
+        if count == 0:
+            return Status.FINISHED
+        standing = all(axis.standing for axis in self.axes)
+        return Status.UNREACHABLE if indices[-1] == 0 and standing else status
 
     def _back(self, reach: list[Reach]) -> bool:
         """Whether the moved plans keep the tool, where it waits, in reach for ever."""

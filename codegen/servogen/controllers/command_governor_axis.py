@@ -39,6 +39,7 @@ class AxisGovernor:
         self.predicted = np.zeros(design.plant.order, dtype=p.dtype)
         self.ready = False
         self.standing = False  # at the end of its plan, which the last step left there
+        self.waited = 0  # steps in a row that were at the cap besides: the next one goes on there
 
     def call(
         self, operation: str, inputs: Mapping[str, Value] | None = None
@@ -93,6 +94,7 @@ class AxisGovernor:
         self.predicted = np.zeros_like(self.predicted)
         self.predicted[0] = where
         self.solver.forget()
+        self.waited = 0
         return status
 
     def moved(self) -> FloatArray:
@@ -139,7 +141,7 @@ class AxisGovernor:
         origin = state[0]
         below, above = self._bounds(origin, low, high)
         start = self._start(state)
-        answer = self.solver.solve(reference - origin, start, below, above)
+        answer = self.solver.solve(reference - origin, start, below, above, self.waited > 0)
         status = answer.status
         if answer.z is not None:
             plan = answer.z + origin
@@ -149,7 +151,14 @@ class AxisGovernor:
         rest = self.plan[-1]
         self._accept(state, plan)
         self.standing = self._stands(origin, rest)
-        return status, answer.iterations
+        return self._patient(status), answer.iterations
+
+    def _patient(self, status: Status) -> Status:
+        """A stage at rest has the same program again. Begun anew it would be at the cap for ever:
+        the next step goes on with it. After ``patience`` steps the plan at rest is its answer."""
+        waits, patience = self.standing and status is Status.BACKUP, self.design.patience
+        self.waited = min(self.waited + 1, patience) if waits else 0
+        return Status.SUBOPTIMAL if self.waited == patience else status
 
     def _stands(self, position: np.floating, rest: np.floating) -> bool:
         """Whether the stage is at the end of the plan before and the new one leaves it there."""

@@ -91,6 +91,7 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
             Dimension("ROWS_PER_STEP", program.rows.per_step, "rows of one period"),
             Dimension("TERMINAL_ROWS", m - program.rows.stages, "rows after the last period"),
             Dimension("ITERATION_CAP", design.solver.cap, "iterations at the most"),
+            Dimension("PATIENCE", design.patience, "periods at rest and at the cap"),
             *iteration.dimensions,
         ),
         constants=(
@@ -118,6 +119,7 @@ def declare_axis_governor(design: AxisGovernorDesign) -> Declaration:
             StateField("plan", "commands v(0), ..., v(n-1), rho, m", "VARIABLES"),
             StateField("predicted", "state expected at the next step", "PLANT_ORDER", "", "bound"),
             *iteration.state,
+            StateField("waited", "periods in a row at rest and at the cap", type="int32_t"),
             *(StateField(f, "workspace, no meaning between calls", size) for f, size in scratch),
             StateField("ready", "1 after a successful reset", type="int32_t"),
         ),

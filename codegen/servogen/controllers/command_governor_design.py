@@ -26,6 +26,10 @@ from servogen.qp.tolerances import QpTolerances, tolerances
 from servogen.sets.constraints import AxisLimits
 from servogen.sets.extended import ExtendedSet
 
+# Iterations for every command of a plan after which a program counts as one without an answer: many
+# times what any takes.
+PATIENT = 50
+
 
 @dataclass(frozen=True)
 class GovernorSettings:
@@ -83,6 +87,11 @@ class AxisGovernorDesign:
         return self.program.stroke_m * (1.0 / self.program.scale_m) - self.tol.margin
 
     @property
+    def patience(self) -> int:
+        """Periods in a row that a stage at rest may be at the cap."""
+        return -(-PATIENT * self.program.variables // self.solver.cap)
+
+    @property
     def standing_m(self) -> float:
         """So near to the end of its plan a stage is at rest: what the rows take for settled."""
         return SETTLED * self.program.stroke_m
@@ -131,7 +140,13 @@ def design_axis_governor(
         program=program,
         tol=tol,
         solver=active_set_tables(
-            program.hessian, program.written, program.rows, tol.accept, settings.cap, precision
+            program.hessian,
+            program.written,
+            program.rows,
+            tol.accept,
+            settings.cap,
+            precision,
+            resumes=True,
         ),
         reach=replace(half, position_m=half.position_m + abs(admissible.centre_m)),
     )

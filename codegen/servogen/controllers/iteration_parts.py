@@ -103,8 +103,10 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
     """Of the dual active-set method on rows of either kind.
 
     The host declares the constant ``tolerance`` (``accept``), ROWS, ITERATION_CAP, ROWS_PER_STEP,
-    TERMINAL_ROWS and, with rows of a plant, ORDER. ``scale``: of a table of that name that it
-    declares too, which the bounds it hands over are to be multiplied with; None: with nothing.
+    TERMINAL_ROWS and, with rows of a plant, ORDER; and the state ``waited``, where the tables say
+    that a call can be gone on with: above zero, the last one is. ``scale``: of a table of that name
+    that it declares too, which the bounds it hands over are to be multiplied with; None: with
+    nothing.
     """
     rows = tables.rows
     n = rows.variables
@@ -151,6 +153,11 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
                 else []
             ),
             StateField("size", "rows in the working set", type="int32_t"),
+            *(
+                [StateField("pending", "1: the row after them is to enter", type="int32_t")]
+                if tables.resumes
+                else []
+            ),
         ),
         facts={
             "active_set": True,
@@ -159,6 +166,7 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
             "triangle": tables.triangle,
             "unit": tables.unit,
             "last": last,
+            "resumes": tables.resumes,
             **own.facts,
         },
     )

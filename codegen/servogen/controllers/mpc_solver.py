@@ -88,9 +88,15 @@ class ActiveSetSolver:
         self.work = active_set_factor.empty_set(self.tables)
 
     def solve(
-        self, free: FloatArray, start: FloatArray, below: FloatArray, above: FloatArray
+        self,
+        free: FloatArray,
+        start: FloatArray,
+        below: FloatArray,
+        above: FloatArray,
+        resume: bool = False,
     ) -> Answer:
-        result = dual_active_set.solve(self.tables, self.work, free, below, above, start)
+        """``resume``: go on from where the last call ended at its cap."""
+        result = dual_active_set.solve(self.tables, self.work, free, below, above, start, resume)
         if not result.optimal:
             return Answer(None, Status.BACKUP, result.iterations)
         return Answer(result.z, Status.OK, result.iterations)

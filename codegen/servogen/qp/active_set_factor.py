@@ -26,6 +26,7 @@ class WorkingSet:
         vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
         slot: (N,) where a row of the set has its vector; the rest are free.
         dual: (N,) multipliers.
+        pending: whether the row after them, with its multiplier, was to enter at the cap.
     """
 
     size: int
@@ -37,6 +38,7 @@ class WorkingSet:
     square: FloatArray
     vectors: FloatArray
     dual: FloatArray
+    pending: bool = False
 
     def forget(self) -> None:
         """Be as a first call finds it: the order of the slots is one of sums too."""

@@ -38,6 +38,7 @@ class ActiveSetTables:
             what it is asked for: then the squares of the rows of the set are not kept.
         keep: a working set of at least so many rows stays as it is at the next call, factor and
             all; a smaller one is shifted by one sample and factored anew.
+        resumes: whether a call that ended at the cap can be gone on with by the next one.
     """
 
     inverse: FloatArray
@@ -55,11 +56,12 @@ class ActiveSetTables:
     triangle: bool
     unit: bool
     keep: int
+    resumes: bool
 
 
 def active_set_tables(
     hessian: FloatArray, written: FloatArray, rows: RowTables, accept: float, cap: int,
-    precision: Precision, unit: bool = False,
+    precision: Precision, unit: bool = False, resumes: bool = False,
 ) -> ActiveSetTables:  # fmt: skip
     """Tables of H (N, N) and A, ``written`` (m, N) out and as ``rows``; rounded once.
 
@@ -69,6 +71,7 @@ def active_set_tables(
 
     Args:
         unit: A was scaled to rows of a'H^-1 a = 1.
+        resumes: see ``ActiveSetTables``.
     """
     # with a unit diagonal: a variable in metres beside one in nanometres costs no digits
     size = 1.0 / np.sqrt(np.diag(hessian))
@@ -98,4 +101,5 @@ def active_set_tables(
         triangle=rows.count - rows.alone < rows.variables,
         unit=unit,
         keep=max(1, rows.variables // 2),
+        resumes=resumes,
     )

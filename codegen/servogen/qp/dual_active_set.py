@@ -21,7 +21,9 @@ one of three things, and every one of them raises the dual cost or shortens W:
 A row is appended only if it is violated by more than ``accept``, so the full step that follows
 raises the dual cost by at least accept^2 / (2 a'H^-1 a), and between two full steps rows are only
 dropped: without rounding no working set comes back, whatever set the method began with. Rounding is
-what the cap is for.
+what the cap is for. So a call that ended at the cap can be gone on with by the next one, if that is
+of the same program: from its set and multipliers, and with the row that was to enter. Of another
+one these are a beginning like any other: multipliers that are not negative.
 """
 
 from __future__ import annotations
@@ -57,6 +59,7 @@ def solve(
     low: FloatArray,
     high: FloatArray,
     start: FloatArray | None = None,
+    resume: bool = False,
 ) -> ActiveSetResult:
     """The optimum from the unconstrained one, ``free`` (N,), with ``low``, ``high`` (m,).
 
@@ -64,14 +67,19 @@ def solve(
 
     Args:
         start: state (n,) in which the plant behind the rows starts; None: at rest.
+        resume: go on from where the last call ended at its cap.
     """
     method = _Method(tables, work, free, low, high, start)
     kept = work.size >= tables.keep
     if not kept and method.worst(method.free_rows) is None:
         work.size = 0
         return ActiveSetResult(free, True, False, 0)
-    method.begin(kept)
-    return method.run(kept)
+    if resume:
+        method.resume()
+    else:
+        method.begin(kept)
+    work.pending = False
+    return method.run(kept and not resume)
 
 
 class _Method:
@@ -110,6 +118,16 @@ class _Method:
                     append(self.tables, work, moved, side)
         work.dual[: work.size] = self.zero
         self.measure(self.free_rows)
+
+    def resume(self) -> None:
+        """The last call's set with its multipliers, and the row that was to enter."""
+        work, q = self.work, self.work.size
+        if work.pending:
+            raised = work.dual[q]
+            if append(self.tables, work, work.row[q], work.side[q], forced=True).done:
+                work.dual[q] = raised
+        z = self.less(self.free, work.dual)
+        self.measure(self.tables.rows.product(z, self.start))
 
     def run(self, kept: bool) -> ActiveSetResult:
         """Iterate until the optimum, a row that nothing makes room for, or the cap."""
@@ -170,6 +188,10 @@ class _Method:
             raised = self.from_zero(raised + gained)
         if stalled:  # nor are rows that rounding does not let hold
             work.forget()
+        elif entering is not None and self.tables.resumes:
+            q = work.size  # below N: a row has just made room, or the set was not full
+            work.row[q], work.side[q], work.dual[q] = *entering, raised
+            work.pending = True
         return ActiveSetResult(z, False, False, self.tables.cap)
 
     def from_zero(self, x: Any) -> Any:

@@ -22,6 +22,9 @@ _BAD, _PUSHED = 0.06, 0.15
 _APART = 0.25
 # Of an axis' calls, those whose points leave it next to no room.
 _SLIT = 0.1
+# Half of the room of stages that are to stay at the cap, in strokes, and the steps of all but the
+# first, which takes its patience.
+_WAITING, _WAITING_STEPS = (0.002, 0.3, 0.001), (30, 30)
 # Calls between two resets, of an axis and of both, and of the windows that are whole and those that
 # are cut short.
 _RUN, _PATH = 25, 50
@@ -70,6 +73,31 @@ def axis_governor_calls(
             yield _made(own, Call("step", {**step, names[0]: np.nan}))
         if rng.random() < 0.1:
             yield _made(own, Call("predict", inputs))
+
+
+def waiting_axis_calls(design: AxisGovernorDesign, rng: np.random.Generator) -> Iterator[Call]:
+    """Steps of a stage at rest until its patience ends, and some more; then a reference that stays.
+
+    It is in a slit, and the reference turns round from period to period and with the periods of a
+    plan: no working set is of use to the next step, and all of them are at the cap.
+    """
+    own = AxisGovernor(design)
+    names = [port.name for port in own.declaration.operation("foresee").inputs]
+    far, stroke = _far(design), design.program.stroke_m
+    for slit, count in zip(_WAITING, (design.patience + 10, *_WAITING_STEPS), strict=True):
+        where = 0.5 * (_somewhere(design, rng) + design.program.centre_m)
+        yield _made(own, Call("reset", {"position": where}))
+        step: dict[str, Value] = {
+            "low": np.full(design.intervals, where - slit * stroke),
+            "high": np.full(design.intervals, where + slit * stroke),
+        }
+        for index in range(count + 5):
+            if index < count:
+                turns = (-1.0) ** (index + np.arange(design.program.variables))
+                ahead = stroke * turns * rng.choice([1.0, 10.0], turns.size)
+                step["reference"] = np.clip(where + ahead, -far, far)
+            step |= dict(zip(names, own.predicted.tolist(), strict=True))
+            yield _made(own, Call("step", dict(step)))
 
 
 def command_governor_calls(

@@ -12,7 +12,11 @@ from servogen.controllers.command_governor_design import AxisGovernorDesign, Com
 from servogen.controllers.design import Reference
 from servogen.controllers.motion_window import MotionWindow
 from servogen.controllers.motion_window_design import MotionWindowDesign
-from servogen.sil.command_governor_calls import axis_governor_calls, command_governor_calls
+from servogen.sil.command_governor_calls import (
+    axis_governor_calls,
+    command_governor_calls,
+    waiting_axis_calls,
+)
 from servogen.sil.edges import edge_calls
 from servogen.sil.harness import Call
 from servogen.sil.motion_calls import motion_window_calls
@@ -43,6 +47,8 @@ def governor_suite(
         rng = np.random.default_rng(seed + 10 + number)
         steps = max(count // axis_share, 1)
         yield from _both(_axis(axis), list(axis_governor_calls(axis, rng, steps)))
+        waits = list(waiting_axis_calls(axis, rng))
+        yield Scenario(f"{axis.prefix}: at the cap", _axis(axis), waits)
     rng = np.random.default_rng(seed + 20)
     # twice as many: a stage is seldom lost on its way, or at rest before a path it cannot follow
     calls = list(command_governor_calls(design, rng, max(2 * count // both_share, 1)))
