@@ -249,6 +249,8 @@ def test_single_precision_does_not_lose_the_place() -> None:
         ("axes", lambda: design(1.0, 1.0, OUTPUT, axes=machining_centre()[:1])),
         ("tracking_weight", lambda: weights(0.0, 1.0)),
         ("contour_weight", lambda: weights(1.0, -1.0)),
+        ("contour_weight", lambda: design(1e-4, 30.0, OUTPUT, precision=FLOAT32)),
+        ("contour_weight", lambda: design(1e-12, 30.0, OUTPUT)),
         ("control_weight", lambda: ContourWeights(1.0, 1.0, 0.0)),
         ("z.a", lambda: design(1.0, 1.0, OUTPUT, axes=(PLAIN, PLAIN, doubled()))),
         ("y.b", lambda: design(1.0, 1.0, OUTPUT, axes=(PLAIN, still()))),
@@ -269,3 +271,12 @@ def doubled() -> Discrete:
 
 def still() -> Discrete:
     return Discrete(np.array([[1.0]]), np.array([0.0]), np.array([1.0]), 0.0005)
+
+
+def test_what_float32_does_not_carry_float64_may() -> None:
+    with pytest.raises(DesignError, match=r"2.1e\+05 times tracking_weight .*; float64 carries it"):
+        design(1e-4, 30.0, OUTPUT, precision=FLOAT32)
+    with pytest.raises(DesignError, match=r"in float32$"):
+        design(1e-13, 30.0, OUTPUT, precision=FLOAT32)
+    assert design(1e-4, 30.0, OUTPUT).count == 10
+    assert design(1e-4, 0.0, OUTPUT, precision=FLOAT32).count == 0

@@ -63,7 +63,11 @@ def test_the_other_choice_comes_near_the_circle_and_says_where() -> None:
     off = FrozenSpectrum(OUTPUT, directions(2, 4), np.array([[0.5, 1.01, 0.7, 0.6]]))
     assert "outside the unit circle" in off.warning(1)
     assert "at 45 degrees: modulus 1.010000" in off.warning(1)
-    assert FrozenSpectrum(STATIONARY, off.directions, off.modulus).warning(1) == ""
+    guaranteed = FrozenSpectrum(STATIONARY, off.directions, off.modulus)
+    assert "outside the unit circle" in guaranteed.warning(1)  # rounding knows no theorem
+    assert "though H_s(Q_max) is at the end" in guaranteed.warning(1)
+    assert guaranteed.unstable(1)
+    assert FrozenSpectrum(STATIONARY, off.directions, off.modulus - 0.0101).warning(1) == ""
 
 
 def test_each_hypothesis_can_fail() -> None:

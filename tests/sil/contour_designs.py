@@ -57,7 +57,7 @@ def _others() -> dict[str, ContourLqDesign]:
         "one slide before the end": design(0.25, 15.0, STATIONARY, preview=2),
         "forty slides": design(1.2, 20.0, OUTPUT, preview=40),
         "forty points": design(0.25, 15.0, STATIONARY, preview=40),
-        "hardly any tracking, float32": design(1e-4, 50.0, OUTPUT, precision=FLOAT32),
+        "hardly any tracking, float32": design(3e-4, 50.0, OUTPUT, precision=FLOAT32),
         "table": tabulate(of_case("II"), 64, 4),
         "table, float32": tabulate(of_case("IV", FLOAT32), 16, 3),
         "table at the end": tabulate(of_case("IV"), 4, 10),

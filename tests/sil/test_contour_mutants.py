@@ -62,8 +62,10 @@ SLIDING: dict[str, Change] = {
         "(reached->square > (sg_real)0) ? reached : left", "reached"
     ),
     "no way back": swap("(cosine >= (sg_real)0) ?", "(cosine >= (sg_real)-9) ?"),
-    "corners are curves": swap("return squared * ((sg_real)2 - squared);", "return squared;"),
-    "a price without phi": swap("((core_share * phi) * phi)", "core_share"),
+    "corners are curves": swap("lost = turned * turned;", "lost = turned;"),
+    "a price without phi": swap("(core_share * lost) * ((sg_real)1 + phi)", "(sg_real)0"),
+    "half a price": swap("* ((sg_real)1 + phi)", "* (sg_real)1"),
+    "a price of contour alone": swap("dear = core_least_price +", "dear ="),
     "every point leaves": swap(
         "if (reached[j].fresh == 1) {\n            left",
         "if (reached[j].fresh >= 0) {\n            left",

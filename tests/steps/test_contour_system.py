@@ -23,6 +23,7 @@ from contour_example import (
 from servogen.controllers.contour_lq import ContourLq
 from servogen.controllers.design import Status
 from servogen.emit.package import emit_package
+from servogen.errors import InputError
 from servogen.jsontext import json_text
 from servogen.precision import FLOAT32, FLOAT64
 from servogen.progress import Silent
@@ -140,6 +141,28 @@ def test_an_end_weight_without_guarantee_is_told_of_by_its_angle() -> None:
     claims = contour_claims(system.design)
     assert not any("H at the end" in claim.name for claim in claims)
     assert contour_system(OUTPUT).notes == ()
+
+
+def test_weights_and_points_that_a_precision_does_not_carry_are_one_sentence() -> None:
+    heavy = ("tracking_weight = 0.25", "tracking_weight = 1e-5")
+    with pytest.raises(
+        InputError, match=r"controller\.contour\.contour_weight is 15.0, .*; float64"
+    ):
+        contour_system(heavy)
+    slow = ("feed_m_per_s = 0.05  ", "feed_m_per_s = 0.0002  ")
+    with pytest.raises(InputError, match=r"output\.precision is .*float32.*points apart"):
+        contour_system(slow)
+
+
+def test_an_unstable_loop_is_the_cause_that_is_told() -> None:
+    own, done = small_system(), simulated()
+    bad = replace(done, limit_m=1e-9)
+    assert len(bad.faults) == 1
+    told = replace(bad, unstable="the closed loop is outside").faults
+    assert told[1] == "the likely cause, controller.contour: the closed loop is outside"
+    assert replace(done, unstable="the closed loop is outside").faults == []
+    heavy = own.simulate(None, Silent())
+    assert heavy.unstable == ""
 
 
 def test_gains_per_angle_are_a_form_of_the_project() -> None:

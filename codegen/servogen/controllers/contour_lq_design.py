@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servogen.controllers.contour_axis import AxisModel, axis_model
+from servogen.controllers.contour_conditioning import check_ratio
 from servogen.controllers.contour_observer import AxisObserver, axis_observer
 from servogen.controllers.contour_tables import AxisTables, axis_tables, slides
 from servogen.controllers.contour_tangent import distinct
@@ -142,7 +143,8 @@ def design_contour_lq(
             precision can tell if that is more.
 
     Raises:
-        DesignError: not two or three axes, different sample times, and what ``axis_model``,
+        DesignError: not two or three axes, different sample times, weights that the precision does
+            not carry (``contour_conditioning``), and what ``axis_model``,
             ``axis_tables`` and ``axis_observer`` find. ``key`` begins with the axis's name where
             one of them is at fault.
     """
@@ -168,6 +170,9 @@ def design_contour_lq(
             if error.key == "preview":
                 raise
             raise DesignError(f"{name}.{error.key}", error.value, error.expected) from error
+    if weights.contour > 0.0:
+        rounding = max(axis.tables.rounding for axis in made)
+        check_ratio(weights, precision, slides(terminal, preview), rounding)
     return ContourLqDesign(
         prefix, precision, axes[0].plant.sample_time_s, tuple(made), weights, terminal, preview,
         distinct(precision, max(axis.reach for axis in axes), resolution),

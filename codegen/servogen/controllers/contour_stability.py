@@ -117,16 +117,25 @@ class FrozenSpectrum:
 
     def warning(self, preview: int) -> str:
         """One sentence that names the direction where the choice of this preview comes near the
-        unit circle without Theorem 1 to keep it inside; empty where it does not."""
+        unit circle without Theorem 1 to keep it inside, or outside whatever the theorem says;
+        empty where it does not."""
         modulus, _, at = self.worst(preview)
-        if self.terminal is Terminal.STATIONARY or modulus < NEAR_THE_CIRCLE:
+        guaranteed = self.terminal is Terminal.STATIONARY
+        if modulus < (1.0 if guaranteed else NEAR_THE_CIRCLE):
             return ""
         beyond = "outside" if modulus >= 1.0 else "near"
-        return (
-            f"without a guarantee, the closed loop is {beyond} the unit circle on a straight "
-            f"contour at {direction_text(self.directions[at])}: modulus {modulus:.6f} with "
-            f"{preview} points of preview; H_s(Q_max) at the end is stable at every angle"
+        told = (
+            f"the closed loop is {beyond} the unit circle on a straight contour at "
+            f"{direction_text(self.directions[at])}: modulus {modulus:.6f} with {preview} points "
+            "of preview"
         )
+        if guaranteed:
+            return f"{told}, though H_s(Q_max) is at the end: weights that rounding does not carry"
+        return f"without a guarantee, {told}; H_s(Q_max) at the end is stable at every angle"
+
+    def unstable(self, preview: int) -> bool:
+        """Whether a mode on some straight contour grows."""
+        return self.worst(preview)[0] >= 1.0
 
 
 def direction_text(direction: FloatArray) -> str:

@@ -25,19 +25,22 @@ from servogen.plants.statespace import FloatArray, read_only
 BETWEEN = 4
 
 
-def direction_gains(design: ContourLqDesign, direction: FloatArray) -> FloatArray:
+def direction_gains(
+    design: ContourLqDesign, direction: FloatArray, dtype: type[np.floating] = np.float64
+) -> FloatArray:
     """(p, sum of N + n) first inputs per (d_1, ..., d_N, y, xi) of all axes on a straight contour
-    along ``direction`` (p,), of length one; all zeros: those of Q_max."""
+    along ``direction`` (p,), of length one; all zeros: those of Q_max. The slides are solved for in
+    ``dtype``."""
     tables = [axis.tables for axis in design.axes]
     gains = np.asarray(scipy.linalg.block_diag(*(part.first[None, :] for part in tables)))
     if not (design.count and np.any(direction)):
         return gains
     system = sum(
         (part.stiffness * r**2 for part, r in zip(tables, direction, strict=True)),
-        np.eye(design.count) * (1.0 - design.share),
+        np.eye(design.count) * design.least_price,
     )
     errors = np.hstack([part.error * r for part, r in zip(tables, direction, strict=True)])
-    slides = np.linalg.solve(system, errors)
+    slides = np.linalg.solve(system.astype(dtype), errors.astype(dtype)).astype(np.float64)
     moved = [r * (part.slide @ slides) for part, r in zip(tables, direction, strict=True)]
     result: FloatArray = gains + np.array(moved)
     return result

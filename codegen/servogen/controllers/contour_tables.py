@@ -44,12 +44,14 @@ class AxisTables:
         error: (S, N + n) to -beta / q times the errors e*.
         slide: (S,) first input per shift of a reference.
         stiffness: (S, S) beta / q P_a, symmetric, eigenvalues between zero and beta / q.
+        rounding: what the factorisation may have left wrong of P_a, whose norm is at most one.
     """
 
     first: FloatArray
     error: FloatArray
     slide: FloatArray
     stiffness: FloatArray
+    rounding: float
 
 
 def slides(terminal: Terminal, preview: int) -> int:
@@ -82,7 +84,8 @@ def axis_tables(
     wanted.append(np.zeros((preview, preview + model.order)))
     shift = np.zeros((sum(len(part) for part in rows), count))
     shift[:count] = root * np.eye(count)
-    solved = _least_squares(np.vstack(rows), np.hstack([np.vstack(wanted), shift]))
+    matrix = np.vstack(rows)
+    solved = _least_squares(matrix, np.hstack([np.vstack(wanted), shift]))
     inputs, shifted = solved[:, :-count], solved[:, -count:]
     reached = driven[1 : count + 1, 0]
     share = weights.contour / weights.largest
@@ -92,6 +95,7 @@ def axis_tables(
         read_only(-share * (ahead - reached @ inputs)),
         read_only(shifted[0]),
         read_only(share * 0.5 * (left + left.T)),
+        float(np.finfo(np.float64).eps * np.linalg.cond(matrix)),
     )
 
 

@@ -15,6 +15,7 @@ from servogen.reports.page import Page, render
 from servogen.reports.step_tables import build_parts, sil_parts
 from servogen.reports.tables import BAD, GOOD, MUTED, Cell, Section, Table, key_table, text
 from servogen.reports.tiles import KeyFigure, cycles_tile
+from servogen.systems.contour_proofs import design_spectrum
 from servogen.systems.contour_study import study_faults
 
 
@@ -130,8 +131,11 @@ def theorem_table(data: ContourReportData) -> Table:
         if free and not condition.holds and condition.name.startswith("H at the end"):
             kind, told = MUTED, "not asked for"
         rows.append((text(condition.name), Cell(told, kind), text(condition.found)))
+    spectrum, preview = design_spectrum(data.design), data.design.preview
     note = (
-        "Where all hold, the closed loop is stable on straight contours of every direction with "
-        "every preview. On curves the spectrum of the time frozen proves nothing."
+        f"Not told here: {spectrum.warning(preview)}."
+        if spectrum.unstable(preview)
+        else "Where all hold, the closed loop is stable on straight contours of every direction "
+        "with every preview. On curves the spectrum of the time frozen proves nothing."
     )
     return Table("Theorem 1", ("hypothesis", "verdict", "found"), tuple(rows), note)

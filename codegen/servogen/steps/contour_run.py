@@ -15,6 +15,7 @@ from servogen.sil.build import built
 from servogen.sil.compiled import CompiledController
 from servogen.systems.contour_loop import ContourRun, run_contour
 from servogen.systems.contour_machine import ContourMachine
+from servogen.systems.contour_proofs import design_spectrum
 from servogen.systems.contour_rows import ContourRow, judge_contour
 
 SCHEMA = "servogen.simulate_contour/1"
@@ -22,12 +23,14 @@ SCHEMA = "servogen.simulate_contour/1"
 
 @dataclass(frozen=True)
 class ContourSimulation:
-    """The run and its row; ``limit_m``: of the contour error."""
+    """The run and its row; ``limit_m``: of the contour error. ``unstable``: the warning of the
+    spectrum where a mode on some straight contour grows, else empty."""
 
     run: ContourRun
     row: ContourRow
     limit_m: float
     inside: str
+    unstable: str = ""
 
     @property
     def faults(self) -> list[str]:
@@ -46,6 +49,8 @@ class ContourSimulation:
             )
         if row.refused:
             found.append(f"inputs were refused in {row.refused} samples")
+        if found and self.unstable:
+            found.append(f"the likely cause, controller.contour: {self.unstable}")
         return found
 
     @property
@@ -98,7 +103,14 @@ def simulate(
         )  # fmt: skip
     row = judge_contour(machine.project.name, run, task, machine.limits)
     inside = "Python reference" if package is None else "compiled C"
-    return ContourSimulation(run, row, machine.project.target.contour_error_limit_m, inside)
+    spectrum = design_spectrum(design)
+    return ContourSimulation(
+        run,
+        row,
+        machine.project.target.contour_error_limit_m,
+        inside,
+        spectrum.warning(design.preview) if spectrum.unstable(design.preview) else "",
+    )
 
 
 @contextmanager

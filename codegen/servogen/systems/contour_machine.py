@@ -13,6 +13,7 @@ from servogen.controllers.contour_lq_design import (
     design_contour_lq,
 )
 from servogen.controllers.contour_table_design import tabulate
+from servogen.controllers.contour_tangent import distinct
 from servogen.controllers.contour_weights import ContourWeights, Terminal
 from servogen.controllers.errors import DesignError
 from servogen.errors import InputError
@@ -124,7 +125,7 @@ def contour_design(
     """The project's controller, or one with other settings on its axes.
 
     Raises:
-        InputError: an axis that none can be designed for.
+        InputError: an axis that none can be designed for, or a contour too slow for the precision.
     """
     project, asked = machine.project, settings or contour_settings(machine.project)
     data = [
@@ -139,9 +140,26 @@ def contour_design(
             project.name, precision or machine.precision, data, asked.weights, asked.terminal,
             asked.preview, resolution,
         )  # fmt: skip
-        return tabulate(design, asked.entries, asked.direction_at) if asked.entries else design
+        if asked.entries:
+            design = tabulate(design, asked.entries, asked.direction_at)
     except DesignError as error:
         raise _fault(project, error) from error
+    _check_points(machine, design)
+    return design
+
+
+def _check_points(machine: ContourMachine, design: ContourLqDesign) -> None:
+    """Points that the precision hardly tells apart have no directions to weight errors by."""
+    coarse = distinct(design.precision, design.reach, 0.0)
+    step = float(np.max(np.abs(np.diff(machine.task.motion.points, axis=0)), initial=0.0))
+    if 0.0 < step <= coarse:
+        raise machine.project.fault(
+            "output.precision",
+            design.precision.name,
+            f"one that tells the contour's points apart: they are at most {step:.2g} m from one to "
+            f"the next, and within position_limit_m = {design.reach:g} m it takes {coarse:.2g} m; "
+            "float64, less reach or more feed",
+        )
 
 
 def with_weights(settings: ContourSettings, tracking: float, contour: float) -> ContourSettings:

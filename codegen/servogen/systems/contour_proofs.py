@@ -57,7 +57,8 @@ def design_spectrum(design: ContourLqDesign, previews: int | None = None) -> Fro
 
 
 def emitted_modulus(design: ContourLqDesign, spectrum: FrozenSpectrum) -> np.ndarray:
-    """(M,) largest modulus on a straight contour by the tables in the emitted precision."""
+    """(M,) largest modulus on a straight contour by the tables, and the slides solved for, in the
+    emitted precision."""
     rounded = in_precision(design, design.precision)
     models = [axis.model for axis in design.axes]
     machine = Machine(
@@ -102,7 +103,7 @@ def in_precision(design: ContourLqDesign, precision: Precision) -> ContourLqDesi
 
 def _gains(design: ContourLqDesign, way: np.ndarray) -> np.ndarray:
     if design.table is None:
-        return direction_gains(design, way)
+        return direction_gains(design, way, design.precision.dtype.type)
     c, s = (way[0], way[1]) if way[0] >= 0.0 else (-way[0], -way[1])
     isotropic = direction_gains(design, np.zeros(2))
     return isotropic + design.table.gains_at(float(s / (c + abs(s))))
