@@ -2,7 +2,7 @@
 
     python benchmarks/contour_forms.py [--away 0.045]
 
-The same law four ways, the whole state known: the recursion (11)-(13) in the identified coordinates,
+The same law four ways, the whole state known: the recursion (11)-(13) in identified coordinates,
 the same on positions relative to the tool's, a square-root form of that (one orthogonal
 factorisation a point), and the sliding references that are emitted. Each is run in float64 and
 float32, at the origin and ``--away`` metres from it on both axes; told is how far float32 changes

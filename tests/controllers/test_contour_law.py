@@ -198,6 +198,16 @@ def test_the_appendix_state_moves_at_constant_velocity() -> None:
         assert u == pytest.approx(2.5e-5 / 1.12e-5, rel=0.03)
 
 
+def test_an_axis_whose_outputs_do_not_tell_its_state_is_refused() -> None:
+    def pair(apart: float) -> Discrete:
+        poles = np.diag([1.0, 0.5, 0.5 + apart])
+        return Discrete(poles, np.array([1e-5, 1e-5, -1e-5]), np.ones(3), 0.0005)
+
+    assert 1e3 < wanted_state(pair(1e-3)).condition < 1e8
+    with pytest.raises(DesignError, match=r"a condition below 1e\+08"):
+        wanted_state(pair(1e-9))
+
+
 def test_coordinates_hold_the_axis_whole() -> None:
     for plant in (*machining_centre(), PLAIN):
         model = axis_model(plant, 20.0, 0.05)

@@ -20,6 +20,8 @@ from servogen.controllers.contour_table_design import (
 from servogen.controllers.errors import DesignError
 from servogen.plants.machining_centre import machining_centre
 from servogen.plants.statespace import Discrete
+from servogen.precision import FLOAT32
+from servogen.systems.contour_proofs import in_precision
 
 ANGLES = 37
 # alpha, beta: the facts' five sets are of this kind; none of theirs is told by number.
@@ -80,6 +82,22 @@ def test_each_hypothesis_can_fail() -> None:
     second = theorem_conditions((blind, machining_centre()[1]), asked, STATIONARY)
     assert [condition.holds for condition in second] == [True, False, True, True]
     assert "axis 0: not at z = 1.1" in second[1].found
+
+
+@pytest.mark.parametrize(("apart", "seen"), [(1e-6, True), (1e-13, False)])
+def test_modes_that_their_output_hardly_tells_apart_are_not_seen(apart: float, seen: bool) -> None:
+    pair = Discrete(np.diag([1.0, 1.0 + apart]), np.array([1e-5, -1e-5]), np.ones(2), 0.0005)
+    axes = (machining_centre()[0], pair)
+    assert theorem_conditions(axes, weights(1.0, 1.0), STATIONARY)[1].holds is seen
+
+
+def test_the_emitted_numbers_are_looked_at_as_they_are_rounded() -> None:
+    wide = of_case("II", FLOAT32)
+    for axis, own in zip(in_precision(wide, FLOAT32).axes, wide.axes, strict=True):
+        for name in ("first", "error", "slide", "stiffness"):
+            exact, rounded = getattr(own.tables, name), getattr(axis.tables, name)
+            assert np.array_equal(rounded, exact.astype(np.float32))
+            assert not np.array_equal(rounded, exact)
 
 
 def test_the_tables_have_the_spectrum_of_the_recursion() -> None:

@@ -165,6 +165,19 @@ def test_an_unstable_loop_is_the_cause_that_is_told() -> None:
     assert heavy.unstable == ""
 
 
+def test_the_manifest_tells_a_caller_of_follow_what_its_hidden_states_are() -> None:
+    """Of a state that follows the contour, they are what leaves the position where it is due."""
+    own = small_system()
+    files = emit_package("m", own.declarations(FLOAT64)).files
+    maps = json.loads(files["manifest.json"])["controllers"][0]["maps"]
+    assert list(maps) == ["hidden_x", "hidden_y"]
+    for axis, told in zip(own.design.axes, maps.values(), strict=True):
+        x = np.linspace(1e-6, 2e-6, axis.model.order)
+        hidden = np.array(told["values"]) @ x
+        whole = np.concatenate([[axis.model.plant.c @ x], hidden])
+        np.testing.assert_allclose(axis.model.to_state @ whole, x, rtol=1e-9, atol=1e-18)
+
+
 def test_gains_per_angle_are_a_form_of_the_project() -> None:
     system = contour_system(TABLE)
     assert system.design.table is not None

@@ -12,6 +12,7 @@ from servogen.controllers.design import (
     Constant,
     Declaration,
     Dimension,
+    Map,
     Operation,
     Port,
     StateField,
@@ -245,4 +246,11 @@ def declare_contour_lq(design: ContourLqDesign) -> Declaration:
             "hidden": bool(hidden),
             "axes": places,
         },
+        maps=tuple(_hidden_map(name, axis) for name, axis in named if axis.model.hidden),
     )
+
+
+def _hidden_map(name: str, axis: ContourAxis) -> Map:
+    """For ``follow``, whose caller knows the state of his own model."""
+    states = axis.model.from_state[1:]
+    return Map(f"hidden_{name}", states, f"of {name}: hidden states of the model's x, as it is")

@@ -134,6 +134,19 @@ class StateField:
 
 
 @dataclass(frozen=True)
+class Map:
+    """For the caller: what an input of an operation is of the user's own quantities.
+
+    Attributes:
+        values: matrix from those to the input, in float64; it is told, not emitted.
+    """
+
+    name: str
+    values: FloatArray
+    doc: str
+
+
+@dataclass(frozen=True)
 class Declaration:
     """All that emission, counting and proof need to know of one controller.
 
@@ -148,6 +161,7 @@ class Declaration:
         trusting: entry points for a controller that uses this one and has bounded their inputs
             itself: these are not looked at, and the proof of the caller shows that they keep their
             ranges. No harness calls them with anything else.
+        maps: what a caller may need to make inputs of what the user knows.
     """
 
     kind: str
@@ -164,6 +178,7 @@ class Declaration:
     replaces: str = ""
     facts: Mapping[str, object] = field(default_factory=dict)
     trusting: tuple[Operation, ...] = ()
+    maps: tuple[Map, ...] = ()
 
     @property
     def entries(self) -> tuple[Operation, ...]:

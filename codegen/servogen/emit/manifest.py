@@ -23,6 +23,7 @@ def _port(port: Port) -> dict[str, object]:
 
 
 def _controller(d: Declaration) -> dict[str, object]:
+    maps = {m.name: {"doc": m.doc, "values": m.values.tolist()} for m in d.maps}
     return {
         "prefix": d.prefix,
         "kind": d.kind,
@@ -32,6 +33,7 @@ def _controller(d: Declaration) -> dict[str, object]:
         "table_bytes": d.table_bytes,
         "tables": {t.name: list(t.values.shape) for t in d.tables},
         "uses": list(d.uses),
+        **({"maps": maps} if maps else {}),
         "entry_points": [
             {
                 "name": f"{d.prefix}_{op.name}",
