@@ -107,7 +107,7 @@ def matrices(a: str, b: str = "[1, 0]") -> str:
         ("preview = 10 ", "preview = 1 ", "controller.contour.preview is 1, expected"),
         (DRIVE, matrices("[[1, 0.1]]"), "machine.y.drive.a[0] is [1.0, 0.1], expected 1 numbers"),
         (DRIVE, matrices("[[1, 1], [0, 1.2]]", "[0, 1]"), "every mode but its position's decays"),
-        (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "machine.y.drive.b, expected an input"),
+        (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "drive.b, expected an input that moves"),
         (DRIVE, SERVO.replace("400", "0"), "bandwidth_rad_per_s is 0, expected a finite number"),
         (DRIVE, SERVO.replace("velocity_servo", "servo"), "machine.y.drive.model is"),
         ('name = "tms320c6678"', 'name = "tms320c6678"\nshare = 0.1', "servogen.toml"),
@@ -124,6 +124,10 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, old: str, new: str, told: str
     ("changes", "told"),
     [
         ((TABLE, (BETA, "contour_weight = 0 ")), "whose gains have no angle"),
+        (
+            (("preview = 10 ", "entries = 32\npreview = 10 "),),
+            "entries is 32, expected none with form",
+        ),
         ((TABLE, SPACE), '"on_line" with three axes'),
         ((TABLE, ("preview = 10 ", "preview = 3 ")), "direction_at is 4, expected at most preview"),
         (
@@ -150,4 +154,42 @@ def test_a_contradiction_is_one_sentence(
 ) -> None:
     with pytest.raises(InputError) as caught:
         contour_machine(contour_project(tmp_path, *changes))
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "c", "told"),
+    [
+        ("[[0.5, 0.1], [0, 0.4]]", "[0, 1]", "[1, 0]", "drive.a is without an integrator, its"),
+        ("[[1.3, 0.1], [0, 0.3]]", "[0, 1]", "[1, 0]", "eigenvalue nearest to 1 is 1.3"),
+        ("[[1, 0.1], [0, 1.3]]", "[0, 1]", "[1, 0]", "drive.a is with a mode of eigenvalue 1.3 be"),
+        ("[[1, 0.1], [0, 0.9999999]]", "[0, 1]", "[1, 0]", "with a mode of eigenvalue 0.9999999"),
+        ("[[1, 0], [0, 0.4]]", "[1, 1]", "[0, 1]", "drive.c, expected an output that shows the in"),
+        ("[[1, 0], [0, 0.4]]", "[0, 1]", "[1, 1]", "drive.b, expected an input that moves the int"),
+    ],
+)
+def test_an_axis_is_one_integrator_that_is_driven_and_seen(
+    tmp_path: Path, a: str, b: str, c: str, told: str
+) -> None:
+    text = f'[machine.y.drive]\nmodel = "matrices"\na = {a}\nb = {b}\nc = {c}\n'
+    with pytest.raises(InputError) as caught:
+        contour_machine(contour_project(tmp_path, (DRIVE, text)))
+    assert "servogen.toml: machine.y.drive." in str(caught.value)
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("= 400", "= 1e6", "bandwidth_rad_per_s is 1000000.0, expected at most 6283.19 rad/s, pi"),
+        ("= 400", "= 0.01", "bandwidth_rad_per_s is 0.01, expected a velocity loop that settles"),
+        ("= 0.6", "= 1e-6", "damping is 1e-06, expected a velocity loop that settles: its slowest"),
+        ("= 0.022", "= 1e-9", "y.command_limit is 20.0, with which the axis goes 2e-08 m/s"),
+        ("= 0.022", "= 1e5", "with which the axis goes 2e+06 m/s, expected a velocity from 1e-06"),
+    ],
+)  # fmt: skip
+def test_a_velocity_servo_is_one(tmp_path: Path, old: str, new: str, told: str) -> None:
+    assert old in SERVO
+    with pytest.raises(InputError) as caught:
+        contour_machine(contour_project(tmp_path, (DRIVE, SERVO.replace(old, new))))
     assert told in str(caught.value)

@@ -254,6 +254,13 @@ def test_the_filters_have_settled_before_a_run_by_encoders_counts() -> None:
     assert row.contour_rms_m == pytest.approx(0.16e-6, rel=0.1)
 
 
+def test_a_contour_near_the_velocity_of_an_axis_is_told() -> None:
+    assert small_system().notes == ()
+    system = contour_system(("command_limit = 20.0 ", "command_limit = 2.6 "))
+    (note,) = system.notes
+    assert note.startswith("machine.x.command_limit: the contour asks x for 85% of the velocity")
+
+
 def test_contour_weight_shows_in_trouble() -> None:
     """An axis that stands still is waited for; drives with too little are not outrun."""
     still, still_plain, weak, weak_plain = compared().found.troubles

@@ -10,6 +10,7 @@ from servogen.project.contour_machine import (
     CentreDrive,
     ContourAxisTable,
     MatricesDrive,
+    VelocityServo,
     VelocityTransfer,
 )
 from servogen.project.contour_schema import ButterflyContour, CircleContour, ContourPath
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 _SAME = 1e-9
 # Samples on a circle's or butterfly's characteristic length: fewer make no curve of them.
 LEAST_SAMPLES = 16
+# In so many samples a velocity loop comes closer by a factor of e.
+SETTLED_SAMPLES = 1000
 
 
 def check_contour(project: ContourProject) -> None:
@@ -61,6 +64,8 @@ def _check_drive(project: ContourProject, name: str, axis: ContourAxisTable) -> 
                 )
         case MatricesDrive():
             _check_matrices(project, f"{key}.drive", drive)
+        case VelocityServo():
+            _check_servo(project, f"{key}.drive", drive)
         case VelocityTransfer():
             _check_polynomials(project, f"{key}.drive", drive)
 
@@ -77,6 +82,27 @@ def _check_matrices(project: ContourProject, key: str, drive: MatricesDrive) -> 
             raise project.error(
                 f"{key}.{name}", list(vector), f"{size} numbers, since a has {size} rows"
             )
+
+
+def _check_servo(project: ContourProject, key: str, drive: VelocityServo) -> None:
+    """As fast as the sample time sees, and as slow as it takes a few thousand samples to see."""
+    period, w, zeta = project.sampling.sample_time_s, drive.bandwidth_rad_per_s, drive.damping
+    if w * period > math.pi:
+        raise project.error(
+            f"{key}.bandwidth_rad_per_s",
+            w,
+            f"at most {math.pi / period:.6g} rad/s, pi over sampling.sample_time_s",
+        )
+    slowest = zeta - math.sqrt(zeta**2 - 1.0) if zeta > 1.0 else zeta
+    least = 1.0 / (SETTLED_SAMPLES * period)
+    if w * slowest < least:
+        low = w * period * SETTLED_SAMPLES < 1.0
+        raise project.error(
+            f"{key}.bandwidth_rad_per_s" if low else f"{key}.damping",
+            w if low else zeta,
+            f"a velocity loop that settles: its slowest mode decays at {w * slowest:.3g} 1/s and "
+            f"has to at {least:.3g} 1/s or more, within {SETTLED_SAMPLES} samples",
+        )
 
 
 def _check_polynomials(project: ContourProject, key: str, drive: VelocityTransfer) -> None:
@@ -97,6 +123,13 @@ def _check_polynomials(project: ContourProject, key: str, drive: VelocityTransfe
 def _check_form(project: ContourProject) -> None:
     table = project.controller.contour
     if table.form != "tabulated":
+        for key in ("entries", "direction_at"):
+            if key in table.model_fields_set:
+                raise project.error(
+                    f"controller.contour.{key}",
+                    getattr(table, key),
+                    f'none with form = "{table.form}": it is of gains that are tabulated',
+                )
         return
     if len(project.axes) != 2:
         raise project.error(

@@ -68,8 +68,8 @@ def _wcet_detail(found: Mapping[str, Any]) -> str:
     for entry, budget in budgets.items() if isinstance(budgets, Mapping) else ():
         used = budget.get("utilisation")
         if isinstance(used, int | float):
-            told.append(f"{entry} {percent(used)}")
-    return f"of the budget: {', '.join(told)}" if told else "counted"
+            told.append(f"{percent(used)} of the budget of {entry}")
+    return ", ".join(told) or "counted"
 
 
 def _build(data: Found) -> Check:

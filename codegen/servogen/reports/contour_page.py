@@ -51,7 +51,9 @@ def _tiles(data: ContourReportData) -> list[KeyFigure]:
         KeyFigure(
             "Contour error",
             f"{number(1e6 * row.contour_rms_m, 3)} µm",
-            f"RMS; {number(1e6 * row.contour_max_m, 3)} µm at most",
+            f"RMS; {number(1e6 * row.contour_max_m, 3)} µm at most at its feed"
+            if row.start_m > 0.0
+            else f"RMS; {number(1e6 * row.contour_max_m, 3)} µm at most",
         ),
         KeyFigure(
             "Tracking error",
@@ -68,7 +70,7 @@ def contour_checks(data: ContourReportData) -> list[Check]:
     """In the order of the page."""
     told = "; ".join(data.faults) or (
         f"{number(1e6 * max(data.row.contour_max_m, data.row.start_m), 3)} µm off the contour at "
-        "most, no command cut"
+        "most, start and end included; no command cut"
     )
     return [
         Check("Closed loop", not data.faults, told),

@@ -19,7 +19,7 @@ from servogen.reports.style import (
 from servogen.reports.tables import BAD, PLAIN, Cell, Missing, Table, figure_cell, share_cell, text
 from servogen.systems.contour_proofs import design_spectrum
 from servogen.systems.contour_rows import ContourRow
-from servogen.systems.contour_study import ContourStudy, ContourSweep
+from servogen.systems.contour_study import PLAIN_ALL, ContourStudy, ContourSweep
 
 _ENDS = {
     Terminal.OUTPUT: ("C'QC at the end", Y_COLOUR),
@@ -99,7 +99,7 @@ def trade_figure(study: ContourStudy) -> Figure:
         ("this project", X_COLOUR, "circle", [r for r in study.rows if _own(r)]),
         ("the paper's cases", Y_COLOUR, "diamond", [r for r in study.rows if _case(r)]),
         (
-            "no contour error known",
+            "plain tracking, finite preview",
             PATH_COLOUR,
             "circle-open",
             [r for r in study.rows if not (_own(r) or _case(r))],
@@ -130,8 +130,15 @@ def _case(row: ContourRow) -> bool:
     return row.name.startswith("case ")
 
 
+def _mark(row: ContourRow) -> str:
+    """What stands beside a mark: of the paper's cases, and of the rival."""
+    if _case(row):
+        return row.name.split(":")[0]
+    return "plain, alpha + beta" if row.name == PLAIN_ALL else ""
+
+
 def _marks(name: str, colour: str, symbol: str, rows: list[ContourRow]) -> Trace:
-    cases = [row.name.split(":")[0] if _case(row) else "" for row in rows]
+    cases = [_mark(row) for row in rows]
     return {
         "type": "scatter",
         "mode": "markers+text",
@@ -186,8 +193,10 @@ def _ticks(values: list[float]) -> list[float]:
 
 def study_table(study: ContourStudy) -> Table:
     """Every row of the comparison."""
-    columns = ("controller", "tracking RMS [µm]", "largest [µm]", "contour RMS [µm]",
-               "largest [µm]", "command of limit", "cut in samples")  # fmt: skip
+    columns: tuple[str, ...] = (
+        *("controller", "tracking RMS [µm]", "largest [µm]", "contour RMS [µm]", "largest [µm]"),
+        *("command of limit", "cut in samples"),
+    )
     note = (
         "The project's contour at its feed, the whole state known but where encoders are named. "
         "With alpha + beta on every error, tracking is weighted as heavily as contour is here: "
@@ -195,7 +204,10 @@ def study_table(study: ContourStudy) -> Table:
         "The paper's weights are for these drives times "
         f"{study.scale:.3g}, which makes them mean the same here."
     )
-    return Table("Comparison", columns, tuple(map(_row, study.rows)), note)
+    rows = tuple(map(_row, study.rows))
+    if not any(row.limited for row in study.rows):
+        columns, rows = columns[:-1], tuple(row[:-1] for row in rows)
+    return Table("Comparison", columns, rows, note)
 
 
 def trouble_tables(study: ContourStudy) -> list[Table]:

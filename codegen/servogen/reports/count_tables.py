@@ -61,8 +61,11 @@ def wcet_parts(data: Found) -> list[Part]:
     return parts + other_keys("Other figures", found, _KNOWN)
 
 
+_OF_CAPS = ("fixed [cycles]", "per iteration [cycles]", "cap", "largest cap that fits")
+
+
 def _budgets(budgets: Mapping[str, Json], share: Any) -> Table:
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for window, b in budgets.items():
         fits = b.get("fits") is True
         rows.append(
@@ -80,7 +83,7 @@ def _budgets(budgets: Mapping[str, Json], share: Any) -> Table:
                 Cell("fits", GOOD) if fits else Cell(f"over: {b.get('culprit')}", BAD),
             )
         )
-    columns = ("within", "calls", "target", "budget [cycles]", "fixed [cycles]",
+    columns: tuple[str, ...] = ("within", "calls", "target", "budget [cycles]", "fixed [cycles]",
                "per iteration [cycles]", "cap", "worst case [cycles]", "of budget",
                "largest cap that fits", "verdict")  # fmt: skip
     note = (
@@ -88,6 +91,15 @@ def _budgets(budgets: Mapping[str, Json], share: Any) -> Table:
         "as emitted; all capped loops have equal caps. Operations are counted in the C, cycles "
         "are the target file's estimates."
     )
+    if not any(b.get("cap") for b in budgets.values()):
+        # nothing iterates: the fixed part is all there is
+        kept = [i for i, name in enumerate(columns) if name not in _OF_CAPS]
+        columns = tuple(columns[i] for i in kept)
+        rows = [tuple(row[i] for i in kept) for row in rows]
+        note = (
+            "All that has to be done within a window of time; cycles of the worst case. Operations "
+            "are counted in the C, cycles are the target file's estimates."
+        )
     if isinstance(share, int | float):
         note = f"Budget: {percent(share)} of the window. {note}"
     return Table("Budget", columns, tuple(rows), note)

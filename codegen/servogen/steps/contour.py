@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from servogen.controllers.contour_lq import ContourLq
 from servogen.controllers.contour_lq_declaration import declare_contour_lq
 from servogen.controllers.contour_lq_design import ContourLqDesign
@@ -27,6 +29,8 @@ from servogen.systems.contour_machine import ContourMachine, contour_design, con
 from servogen.systems.contour_proofs import contour_claims, design_spectrum
 from servogen.systems.contour_rows import judge_contour
 
+# Of its velocity a contour may ask an axis for so much without a word.
+MUCH = 0.75
 PROOFS = {"contour_stability": "Stability on straight contours"}
 
 
@@ -75,7 +79,8 @@ class ContourSystem:
     @property
     def notes(self) -> tuple[str, ...]:
         told = design_spectrum(self.design).warning(self.design.preview)
-        return (f"controller.contour.terminal: {told}",) if told else ()
+        near = (f"controller.contour.terminal: {told}",) if told else ()
+        return (*near, *hardly_any_left(self.machine))
 
     @property
     def proofs(self) -> tuple[Proof, ...]:
@@ -139,6 +144,18 @@ class ContourSystem:
                 certificate=found.certificate,
             )
         )
+
+
+def hardly_any_left(machine: ContourMachine) -> tuple[str, ...]:
+    """A sentence for each axis that its contour asks for nearly all of its velocity."""
+    step = np.max(np.abs(np.diff(machine.task.motion.points, axis=0)), axis=0)
+    shares = step / machine.project.sampling.sample_time_s / (machine.gains * machine.limits)
+    return tuple(
+        f"machine.{name}.command_limit: the contour asks {name} for {share:.0%} of the velocity "
+        "that it gives, which leaves little to correct by: commands may be cut at corners"
+        for name, share in zip(machine.names, shares.tolist(), strict=True)
+        if share > MUCH
+    )
 
 
 def prepare_contour(project: ContourProject, progress: Progress) -> ContourSystem:

@@ -64,6 +64,8 @@ def target_table(fits: Mapping[str, Fit]) -> list[str]:
                     verdict,
                 )
             )
+    if all(row[4] == "" for row in rows[1:]):  # nothing has a cap
+        return aligned([(*row[:4], *row[5:]) for row in rows], left=(0, 6))
     return aligned(rows, left=(0, 7))
 
 

@@ -29,8 +29,11 @@ from servogen.project.contour_machine import (
     VelocityServo,
     VelocityTransfer,
 )
+from servogen.systems.contour_axes import check_axis
 from servogen.systems.contour_task import ContourTask, contour_task
 
+# An axis that goes no faster, or that much faster, has a gain in another unit.
+SLOWEST_M_PER_S, FASTEST_M_PER_S = 1e-6, 1e3
 _WEIGHTS = ("tracking_weight", "contour_weight", "control_weight", "preview")
 _KEYS = {
     "input_limit": "command_limit",
@@ -97,11 +100,19 @@ def contour_machine(project: ContourProject) -> ContourMachine:
     gains = []
     for plant, (name, table) in zip(axes, project.axes, strict=True):
         try:
+            check_axis(plant)
             model = axis_model(plant, table.command_limit, table.position_limit_m)
         except DesignError as error:
             named = DesignError(f"{name}.{error.key}", error.value, error.expected)
             raise _fault(project, named) from error
         gains.append(velocity_gain(model))
+        fastest = gains[-1] * table.command_limit
+        if not SLOWEST_M_PER_S <= fastest <= FASTEST_M_PER_S:
+            raise project.fault(
+                f"machine.{name}.command_limit",
+                f"{table.command_limit!r}, with which the axis goes {fastest:.3g} m/s",
+                f"a velocity from {SLOWEST_M_PER_S:g} to {FASTEST_M_PER_S:g} m/s",
+            )
     return ContourMachine(project, axes, tuple(gains), contour_task(project, gains))
 
 
