@@ -14,10 +14,11 @@ from governor_designs import SHAPES, Shape, axis
 
 from servogen.controllers.command_governor_axis import AxisGovernor
 from servogen.controllers.command_governor_declaration import declare_axis_governor
+from servogen.controllers.command_governor_design import AxisGovernorDesign
 from servogen.controllers.design import Status
 from servogen.emit.package import CPackage, emit_package
 from servogen.sil.build import compile_package
-from servogen.sil.command_governor_calls import axis_governor_calls
+from servogen.sil.command_governor_calls import axis_governor_calls, waiting_axis_calls
 from servogen.sil.compiled import CompiledController
 from servogen.sil.edges import edge_calls
 from servogen.sil.harness import Call, compare
@@ -169,7 +170,7 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "a bad measurement is foreseen from": swap(
         "(status == SG_OK) ? in->velocity : self->predicted[1]", "in->velocity"
     ),
-    "a set that outlives its reset": swap("    self->size = 0;\n    SG", "    SG"),
+    "a set that outlives its reset": swap("self->size = 0;\n    self->waited", "self->waited"),
     "never ready": swap("self->ready = (status == SG_OK) ? 1 : 0;", "self->ready = 1;"),
     "held without moving": swap(
         "core_move(self, plan);\n    core_accept",
@@ -184,11 +185,28 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "below is near": swap("where < (rest - core_standing)", "where < (rest - core_farthest)"),
     "above is near": swap("where > (rest + core_standing)", "where > (rest + core_farthest)"),
     "the references are always kept": swap("(excess > core_tolerance) ? 0 : 1", "1"),
+    "begun anew at rest": swap("if (self->waited > 0) {", "if (self->waited < 0) {"),
+    "the row that was to enter is lost": swap("(self->pending == 1)", "(self->pending > 1)"),
+    "it enters in every call": swap("    self->pending = 0;\n", ""),
+    "multipliers begin anew": swap(
+        "core_less(self, self->dual, z);\n    core_rows",
+        "sg_fill(CORE_VARIABLES, (sg_real)0, self->dual);\n    core_rows",
+    ),
+    "what is missed is not measured anew": swap(
+        "core_rows(self->start, z, rows);\n    (void)core_measure(self, rows, low, high);", ""
+    ),
+    "patience without end": swap("(self->waited == CORE_PATIENCE)", "(self->waited < 0)"),
+    "patience ends a step early": swap(
+        "(self->waited == CORE_PATIENCE)", "(self->waited >= (CORE_PATIENCE - 1))"
+    ),
+    "patience does not begin anew": swap("CORE_PATIENCE) : 0;", "CORE_PATIENCE) : self->waited;"),
+    "patience outlives a reset": swap("size = 0;\n    self->waited = 0;", "size = 0;"),
+    "a stage that moves is patient too": swap("SG_BACKUP) ? standing", "SG_BACKUP) ? 1"),
 }  # fmt: skip
 
 
 def renamed(number: int) -> Shape:
-    return Shape(f"mutant{number}", cap=20, horizon=4)
+    return Shape(f"mutant{number}", cap=8, horizon=4)
 
 
 @cache
@@ -209,7 +227,21 @@ def mutants() -> Any:
 def calls() -> list[Call]:
     design = axis(renamed(0))
     some = list(axis_governor_calls(design, np.random.default_rng(7), 300))
-    return [*edge_calls(declare_axis_governor(design)), *some]
+    waits = list(waiting_axis_calls(design, np.random.default_rng(1)))
+    # patience cut short by a reset, and waiting that begins anew
+    edges = edge_calls(declare_axis_governor(design))
+    return [*edges, *some, *waits[: design.patience], *hard_from_rest(design, 6), *waits]
+
+
+def hard_from_rest(design: AxisGovernorDesign, count: int) -> list[Call]:
+    """A reset and steps from there, most of which end at the cap: a reference that jumps."""
+    rng, size, stroke = np.random.default_rng(0), design.program.variables, design.program.stroke_m
+    made = [Call("reset", {"position": 0.1})]
+    for _ in range(count):
+        step = resting("float64", 0.1, 0.002 * stroke)
+        jumps = rng.choice([-1.0, 1.0], size) * rng.choice([0.1, 1.0, 10.0], size)
+        made.append(Call("step", step | {"reference": np.clip(0.1 + stroke * jumps, 0.0, 0.25)}))
+    return made
 
 
 def found(shape: Shape) -> str:
