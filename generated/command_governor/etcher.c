@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from command_governor.c.jinja; not to be edited.
- * Design a3efd11ab80d3f60621547db72d554fa05fd919202a2c541cab217082203e5f0.
+ * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
  *
  * Extended command governor (17)-(18), (21), both axes
  *
@@ -12,8 +12,8 @@
  * etcher_init                                  0       0     0       0      0       0   7692    52
  * etcher_reset                                 0       0     0      16      2      12     96   132
  * etcher_predict                              24      24     0      30      0      96     60   300
- * etcher_step                            1491736 1392882 22088 1212686 193562 3577326 490482  3452
- *   fixed part                            180346  174102    38  603746   5372 1105296  53442
+ * etcher_step                            1491736 1392882 22088 1212686 193562 3577326 490484  3468
+ *   fixed part                            180346  174102    38  603746   5372 1105296  53444
  *   each of 45 ETCHER_AXIS_ITERATION_CAP   29142   27084   490   13532   4182   54934   9712
  */
 #include "etcher.h"
@@ -472,6 +472,22 @@ static void etcher_share(etcher_t *self, const etcher_step_in *in, const etcher_
     etcher_plan(self, in, seen->count);
 }
 
+/* Of a period that went well: whether there is no point, or none in reach. */
+static sg_status etcher_told(const etcher_t *self, sg_status status, int32_t count, int32_t standing)
+{
+    sg_status told = status;
+    if (status < SG_BACKUP) {
+        if (count == 0) {
+            told = SG_FINISHED;
+        } else if (self->indices[ETCHER_INTERVALS - 1] == 0) {
+            told = (standing == 1) ? SG_UNREACHABLE : status;
+        } else {
+            told = status;
+        }
+    }
+    return told;
+}
+
 /* One period from these states; the points machined in it go to `taken`. */
 static sg_status etcher_period(etcher_t *self, const etcher_step_in *in, const etcher_seen *seen,
                            etcher_step_out *out)
@@ -505,16 +521,7 @@ static sg_status etcher_period(etcher_t *self, const etcher_step_in *in, const e
     self->last_y = etcher_checked(last_y, etcher_limit_y);
     self->home_y = etcher_checked(home_y, etcher_limit_y);
     out->points_taken = taken;
-    if (status == SG_OK) {
-        if (seen->count == 0) {
-            status = SG_FINISHED;
-        } else if (self->indices[ETCHER_INTERVALS - 1] == 0) {
-            status = (standing == 1) ? SG_UNREACHABLE : SG_OK;
-        } else {
-            status = SG_OK;
-        }
-    }
-    return status;
+    return etcher_told(self, status, seen->count, standing);
 }
 
 void etcher_init(etcher_t *self)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from command_governor_axis.c.jinja; not to be edited.
- * Design a3efd11ab80d3f60621547db72d554fa05fd919202a2c541cab217082203e5f0.
+ * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
  *
  * Extended command governor (17) of one axis: dual active-set method, property (b)
  *
@@ -12,8 +12,8 @@
  * etcher_axis_init                            0      0     0      0     0       0   3676    36
  * etcher_axis_reset                           0      0     0      5     0       2     45    52
  * etcher_axis_foresee                      2258   1412     0   1067     1    3215   1671   708
- * etcher_axis_step                       743525 695029 11044 312119 96775 1384322 236004  2244
- *   fixed part                            87830  85639    19   7649  2680  148307  17484
+ * etcher_axis_step                       743525 695029 11044 312119 96775 1384322 236005  2260
+ *   fixed part                            87830  85639    19   7649  2680  148307  17485
  *   each of 45 ETCHER_AXIS_ITERATION_CAP  14571  13542   245   6766  2091   27467   4856
  * etcher_axis_predict                        12     12     0     15     0      42     24   188
  */
@@ -747,6 +747,22 @@ static void etcher_axis_begin(etcher_axis_t *self)
     sg_fill(ETCHER_AXIS_VARIABLES, (sg_real)0, self->dual);
 }
 
+/* The last call's set with its multipliers, and the row that was to enter: on from there. */
+static void etcher_axis_resume(etcher_axis_t *self, const sg_real *restrict free, const sg_real *restrict low,
+                           const sg_real *restrict high, sg_real *restrict rows, sg_real *restrict z)
+{
+    if (self->pending == 1) { /* its multiplier is where it will be */
+        const int32_t at = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES - 1);
+        sg_real square = (sg_real)0;
+        sg_real left = (sg_real)0;
+        (void)etcher_axis_append(self, self->row[at], self->side[at], etcher_axis_rounding, &square, &left);
+    }
+    sg_copy(ETCHER_AXIS_VARIABLES, free, z);
+    etcher_axis_less(self, self->dual, z);
+    etcher_axis_rows(self->start, z, rows);
+    (void)etcher_axis_measure(self, rows, low, high);
+}
+
 /*
  * The optimum in `z`, from the unconstrained one and its rows: SG_OK, SG_INFEASIBLE where no point keeps
  * all rows, SG_BACKUP at the cap. `rows` are those of z.
@@ -768,8 +784,14 @@ static sg_status etcher_axis_solve(etcher_axis_t *self, const sg_real *restrict 
     int32_t refining = 0;
     int32_t stalled = 0;
     sg_real step[ETCHER_AXIS_VARIABLES];
-    etcher_axis_begin(self);
-    (void)etcher_axis_measure(self, rows, low, high);
+    if (self->waited > 0) {
+        kept = 0;
+        etcher_axis_resume(self, free, low, high, rows, z);
+    } else {
+        etcher_axis_begin(self);
+        (void)etcher_axis_measure(self, rows, low, high);
+    }
+    self->pending = 0;
     SG_PRAGMA("MUST_ITERATE(1, 45)")
     for (int k = 0; k < ETCHER_AXIS_ITERATION_CAP; k++) {
         int32_t dropped = 0;
@@ -862,6 +884,14 @@ static sg_status etcher_axis_solve(etcher_axis_t *self, const sg_real *restrict 
     const int32_t useless = (status == SG_OK) ? 0 : (lost + stalled);
     if (useless > 0) {
         etcher_axis_forget(self);
+    } else if (entering >= 0) { /* the set is not full: a row has made room, or there was some */
+        const int32_t at = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES - 1);
+        self->row[at] = entering;
+        self->side[at] = side;
+        self->dual[at] = raised;
+        self->pending = 1;
+    } else {
+        /* nothing is left over */
     }
     return status;
 }
@@ -997,6 +1027,15 @@ static int32_t etcher_axis_stands(const etcher_axis_t *self, sg_real position, s
     return stands;
 }
 
+/* A stage at rest has the same program again. Begun anew it would be at the cap for ever: the next step
+ * goes on with it. After PATIENCE steps the plan at rest is its answer. */
+static sg_status etcher_axis_patient(etcher_axis_t *self, sg_status status, int32_t standing)
+{
+    const int32_t waits = (status == SG_BACKUP) ? standing : 0;
+    self->waited = (waits == 1) ? sg_bound_count(self->waited + 1, 0, ETCHER_AXIS_PATIENCE) : 0;
+    return (self->waited == ETCHER_AXIS_PATIENCE) ? SG_SUBOPTIMAL : status;
+}
+
 /* All inputs are in range. */
 static sg_status etcher_axis_govern(etcher_axis_t *self, const etcher_axis_step_in *in, int32_t *iterations,
                                int32_t *standing)
@@ -1026,7 +1065,7 @@ static sg_status etcher_axis_govern(etcher_axis_t *self, const etcher_axis_step_
     }
     etcher_axis_accept(self, state, plan);
     *standing = etcher_axis_stands(self, origin, rest);
-    return status;
+    return etcher_axis_patient(self, status, *standing);
 }
 
 /* Go on with the plan, from the state predicted. */
@@ -1062,6 +1101,8 @@ void etcher_axis_init(etcher_axis_t *self)
         self->slot[i] = 0;
     }
     self->size = 0;
+    self->pending = 0;
+    self->waited = 0;
     sg_fill(ETCHER_AXIS_VARIABLES, (sg_real)0, self->relative);
     sg_fill(ETCHER_AXIS_STATES, (sg_real)0, self->start);
     sg_fill(ETCHER_AXIS_VARIABLES, (sg_real)0, self->free_plan);
@@ -1082,6 +1123,7 @@ sg_status etcher_axis_reset(etcher_axis_t *self, const etcher_axis_reset_in *in)
     sg_fill(ETCHER_AXIS_PLANT_ORDER, (sg_real)0, self->predicted);
     self->predicted[0] = where;
     self->size = 0;
+    self->waited = 0;
     SG_PRAGMA("MUST_ITERATE(41, 41)")
     for (int32_t i = 0; i < ETCHER_AXIS_VARIABLES; i++) {
         self->slot[i] = i;

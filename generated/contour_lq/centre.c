@@ -11,8 +11,8 @@
  * worst case of one call add mul div cmp other load store stack
  * centre_init              0   0   0   0     0    0    14    20
  * centre_reset             0   0   0  10     0    4    16    56
- * centre_step            734 971  29 402    94 2240   707  1028
- * centre_follow          680 921  29 400    78 2120   679  1032
+ * centre_step            770 971  29 402    94 2249   707  1028
+ * centre_follow          716 921  29 400    78 2129   679  1032
  */
 #include "centre.h"
 #include "centre_scalar.h"
@@ -130,8 +130,15 @@ static int32_t centre_reach(centre_t *self, const sg_real *points, centre_course
     return (reached[CENTRE_PREVIEW].square > (sg_real)0) ? CENTRE_PREVIEW : 0;
 }
 
+/* 1 - share. In one step libgcc's double subtraction for ARM rounds it the wrong way for some shares next to
+ * 2^-33. */
+static sg_real centre_rest(sg_real share)
+{
+    return ((sg_real)0.75 - share) + (sg_real)0.25;
+}
+
 /* The tangent between the directions by which a point is reached, which may not be known yet, and left;
- * returns what is kept of it, phi. */
+ * returns 1 - c^2, whose square is 1 - phi. */
 static sg_real centre_between(const centre_course *reached, const centre_course *left, sg_real *middle)
 {
     const centre_course *const before = (reached->square > (sg_real)0) ? reached : left;
@@ -143,7 +150,7 @@ static sg_real centre_between(const centre_course *reached, const centre_course 
     for (int i = 0; i < CENTRE_AXES; i++) {
         middle[i] = before->direction[i] + (side * left->direction[i]);
     }
-    return squared * ((sg_real)2 - squared);
+    return centre_rest(squared);
 }
 
 /* Tangents t, an axis after the other, and the prices of sliding along them. */
@@ -153,12 +160,15 @@ static void centre_tangents(const centre_course *reached, sg_real *restrict alon
     SG_PRAGMA("MUST_ITERATE(9, 9)")
     for (int32_t j = CENTRE_SLIDES; j > 0; j--) {
         sg_real middle[CENTRE_AXES];
-        const sg_real phi = centre_between(&reached[j], left, middle);
+        const sg_real turned = centre_between(&reached[j], left, middle);
+        const sg_real lost = turned * turned;
+        const sg_real phi = centre_rest(lost);
+        const sg_real dear = centre_least_price + ((centre_share * lost) * ((sg_real)1 + phi));
         SG_PRAGMA("MUST_ITERATE(2, 2)")
         for (int32_t i = 0; i < CENTRE_AXES; i++) {
             along[(i * CENTRE_SLIDES) + (j - 1)] = middle[i] * phi;
         }
-        price[j - 1] = sg_dot(CENTRE_AXES, middle, middle) * ((sg_real)1 - ((centre_share * phi) * phi));
+        price[j - 1] = sg_dot(CENTRE_AXES, middle, middle) * dear;
         if (reached[j].fresh == 1) {
             left = &reached[j];
         }

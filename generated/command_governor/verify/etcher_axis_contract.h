@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design a3efd11ab80d3f60. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design d27a95b2fd71b723. */
 /* Extended command governor (17) of one axis: dual active-set method, property (b) */
 #ifndef ETCHER_AXIS_H
 #define ETCHER_AXIS_H
@@ -19,6 +19,7 @@ enum {
     ETCHER_AXIS_ROWS_PER_STEP = 6, /* rows of one period */
     ETCHER_AXIS_TERMINAL_ROWS = 34, /* rows after the last period */
     ETCHER_AXIS_ITERATION_CAP = 45, /* iterations at the most */
+    ETCHER_AXIS_PATIENCE = 46, /* periods at rest and at the cap */
     ETCHER_AXIS_VARIABLES = 41, /* of the program */
     ETCHER_AXIS_FACTOR = 861, /* L of the working set, and the row that enters */
     ETCHER_AXIS_VECTORS = 1681, /* -H^-1 a of the working set */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design a3efd11ab80d3f60621547db72d554fa05fd919202a2c541cab217082203e5f0.
+ * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
  *
  * What Frama-C Eva is given of etcher_axis: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract etcher_axis_contract.c promises to the callers.
@@ -103,7 +103,7 @@ int main(void)
     etcher_axis_t self;
     etcher_axis_init(&self);
     held(&self);
-    /*@ widen_hints "all", 0, 1, 2, 3, 4, 5, 6, 19, 20, 33, 34, 40, 41, 42, 44, 45, 279, 280, 860, 861, 1680, 1681; */
+    /*@ widen_hints "all", 0, 1, 2, 3, 4, 5, 6, 19, 20, 33, 34, 40, 41, 42, 44, 45, 46, 279, 280, 860, 861, 1680, 1681; */
     while (Frama_C_nondet(0, 1) == 1) {
         switch (Frama_C_interval(0, 4)) {
         case 0:
