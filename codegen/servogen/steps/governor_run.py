@@ -71,8 +71,8 @@ class GovernorSimulation:
         for name in NAMES:
             kept, between = getattr(row.instants, name), getattr(row.between, name)
             lines.append(
-                f"          {name}: {_share(kept)} where it is kept, {_share(between)} at every "
-                "fast sample (reported, not enforced)"
+                f"          {name}, at worst: {_share(kept)} where it is kept, "
+                f"{_share(between)} at a fast sample (reported, not enforced)"
             )
         if row.iterations[1] == 0:
             lines.append(

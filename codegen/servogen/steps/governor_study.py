@@ -26,7 +26,7 @@ from servogen.systems.command_governor_sweeps import REFERENCES, Sweep, Trial
 SCHEMA = "servogen.study_governor/1"
 # Of a path with fewer points Python is done before the compiler is; the bits are the same.
 SHORT = 20_000
-WIDTH = 46
+WIDTH = 54
 REFERENCE_NAMES = " | ".join(REFERENCES.values())
 
 
