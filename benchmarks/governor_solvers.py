@@ -54,12 +54,17 @@ class Recorder(ActiveSetSolver):
         self._kept = kept
 
     def solve(
-        self, free: FloatArray, start: FloatArray, below: FloatArray, above: FloatArray
+        self,
+        free: FloatArray,
+        start: FloatArray,
+        below: FloatArray,
+        above: FloatArray,
+        resume: bool = False,
     ) -> Answer:
         rows = self.tables.rows.product(free, start)
         if np.any(rows > above) or np.any(rows < below):
             self._kept.append(Program(free.copy(), start.copy(), below.copy(), above.copy()))
-        return super().solve(free, start, below, above)
+        return super().solve(free, start, below, above, resume)
 
 
 @dataclass(frozen=True)

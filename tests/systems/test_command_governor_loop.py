@@ -115,10 +115,8 @@ class Unlucky(ActiveSetSolver):
         super().__init__(solver.tables)
         self.lot = np.random.default_rng(seed)
 
-    def solve(
-        self, free: np.ndarray, start: np.ndarray, below: np.ndarray, above: np.ndarray
-    ) -> Answer:
-        answer = super().solve(free, start, below, above)
+    def solve(self, *program: np.ndarray, **more: bool) -> Answer:
+        answer = super().solve(*program, **more)
         return Answer(None, Status.BACKUP, 150) if self.lot.random() < 0.75 else answer
 
 
@@ -132,7 +130,8 @@ def test_recursive_feasibility_over_a_path_whatever_the_solver_does(reference: n
     done = run_governed(chosen, STAGES, PATH, reference, governor)
     assert done.complete
     assert np.count_nonzero(done.status_axis == Status.BACKUP) > 100
-    assert set(done.status_axis.ravel()) == {Status.OK, Status.BACKUP}
+    # by lot some of the waits at rest are longer than the governor's patience
+    assert set(done.status_axis.ravel()) <= {Status.OK, Status.BACKUP, Status.SUBOPTIMAL}
     keeps_its_limits(chosen, done, 3)
 
 
@@ -164,7 +163,8 @@ def test_a_cap_of_one_iteration_is_never_infeasible() -> None:
     chosen = design(GovernorSettings(cap=1))
     done = run(chosen, PATH, 150)
     assert np.count_nonzero(done.status_axis == Status.BACKUP) > 30
-    assert set(done.status_axis.ravel()) == {Status.OK, Status.BACKUP}
+    # by lot some of the waits at rest are longer than the governor's patience
+    assert set(done.status_axis.ravel()) <= {Status.OK, Status.BACKUP, Status.SUBOPTIMAL}
     keeps_its_limits(chosen, done, 3)
 
 
