@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from core_designs import temporary_folder
-from governor_designs import Shape, alike, governor, swap
+from governor_designs import Shape, alike, governor, standing_calls, swap
 
 from servogen.controllers.command_governor import CommandGovernor
 from servogen.controllers.command_governor_declaration import (
@@ -60,6 +60,12 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     ),
     "the way back leads to another axis": swap("in->slow_y, taken)", "in->slow_x, taken)"),
     "the way back is no plan": swap("status = sg_worse(status, SG_INFEASIBLE);", ""),
+    "the way back leads to the tool": swap(
+        "core_at(self->home_x, in->slow_x", "core_at(self->home_x, in->points_x"
+    ),
+    "back in the last interval is enough": swap(
+        "back = 0;", "back = (i < (CORE_INTERVALS - 1)) ? back : 0;"
+    ),
     "lost outlives a reset": swap(
         "self->lost = 0;\n    self->ready = (status", "self->ready = (status"
     ),
@@ -73,8 +79,9 @@ MUTANTS: dict[str, Callable[[str], str]] = {
         "*standing = 0;\n    }\n    return status;", "*standing = 1;\n    }\n    return status;"
     ),
     "nobody ever stands": swap("int32_t standing = 1;", "int32_t standing = 0;"),
-    "never finished": swap("status = SG_FINISHED;", "status = SG_OK;"),
-    "always finished": swap("(seen->count == 0)", "(seen->count >= 0)"),
+    "never finished": swap("told = SG_FINISHED;", "told = SG_OK;"),
+    "always finished": swap("(count == 0)", "(count >= 0)"),
+    "at rest for good is no answer": swap("(status < SG_BACKUP)", "(status == SG_OK)"),
     "y decides nothing": swap(
         "status = sg_worse(status, core_govern_y(self, in, seen, out, &standing));",
         "(void)core_govern_y(self, in, seen, out, &standing);",
@@ -87,7 +94,8 @@ MUTANTS: dict[str, Callable[[str], str]] = {
 }
 
 
-BASE = Shape("whole", cap=6)
+# A small cap and weights with which stages at rest stay at it
+BASE = Shape("whole", cap=3, reference=100.0)
 
 
 def renamed(number: int) -> CommandGovernorDesign:
@@ -117,6 +125,11 @@ def calls() -> list[Call]:
     some = list(command_governor_calls(design, np.random.default_rng(8), 600))
     # measurements that fail in the middle of a motion
     some += command_governor_calls(design, np.random.default_rng(9), 400, bad=0.3)
+    some += standing_calls(design)
+    # lost, and pushed away once more at the first step after a reset
+    begun, step = standing_calls(design)[:2]
+    lost = Call("step", {**step.inputs, "x_position": 0.22})
+    some += [begun, lost, begun, lost, step]
     return [*edge_calls(CommandGovernor(design).declaration), *some]
 
 

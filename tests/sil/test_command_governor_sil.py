@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from core_designs import temporary_folder
-from governor_designs import SHAPES, alike, governor, package
+from governor_designs import SHAPES, alike, governor, package, standing_calls
 
 from servogen.controllers.command_governor import CommandGovernor
 from servogen.controllers.command_governor_declaration import AXES
@@ -102,6 +102,24 @@ def test_statuses_from_before_the_reset_to_the_end_of_the_path(name: str) -> Non
     status, out = controller.call("step", nothing)
     assert (status, out["points_taken"]) == (Status.FINISHED, 0)
     assert controller.call("step", resting(name, 0.1))[1]["points_taken"] == own.points
+
+
+@pytest.mark.parametrize("name", ["at the cap", "at the cap, float32"])
+def test_stages_that_stay_at_the_cap_are_told_to_be_unreachable_and_go_on(name: str) -> None:
+    """After their patience, and not before; without points finished, points in reach are taken."""
+    own, controller = design(name), in_c(name)
+    patience, seen = own.axes[0].patience, list[Status]()
+    for call in standing_calls(own, more=30):
+        status, out = controller.call(call.operation, call.inputs)
+        seen.append(status)
+    first = seen.index(Status.UNREACHABLE)
+    assert seen[first - patience + 1 : first] == [Status.BACKUP] * (patience - 1)
+    assert seen.count(Status.BACKUP) - (patience - 1) < patience
+    assert set(seen[first:-2]) == {Status.UNREACHABLE}
+    assert seen[-2] is Status.FINISHED
+    assert out["points_taken"] == own.points
+    agreement = compare(CommandGovernor(own), in_c(name), standing_calls(own, more=30))
+    assert agreement.passed, agreement.difference
 
 
 @both

@@ -4,10 +4,12 @@ P-tilde by its rows, and in the emitted C, which falls back on the moved plan al
 import sys
 from collections.abc import Iterator
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "controllers"))
 
@@ -15,6 +17,7 @@ from governed_machine import CENTRE, T_S, admissible, figures, least_motion, mac
 
 from servogen.controllers.command_governor_declaration import declare_governor_parts
 from servogen.controllers.command_governor_design import CommandGovernorDesign, GovernorSettings
+from servogen.controllers.command_governor_program import SETTLED, GovernorWeights
 from servogen.controllers.design import Status
 from servogen.emit.package import emit_package
 from servogen.plants.statespace import discretise
@@ -196,3 +199,40 @@ def test_the_c_converges_to_the_nearest_steady_command(fed, wished: float) -> No
         state = PLANT.a @ state + PLANT.b * commands[-1]
     reached = int(np.flatnonzero(np.abs(np.array(commands) - end) > 1e-7)[-1]) + 1
     assert 5 < reached < 130
+
+
+def test_no_cap_is_a_deadlock() -> None:
+    """A path at two iterations a period with weights at which every one was at the cap for ever."""
+    weights = GovernorWeights(reference=100.0)
+    corners = np.array([[0.02, 0.2], [0.15, 0.03], [0.1, 0.1]])
+    path = np.vstack([np.linspace(a, b, 10) for a, b in pairwise(corners)])
+    for design, _, both in _compiled(GovernorSettings(cap=2, weights=weights)):
+        done = run_governed(design, (stage(), stage()), path, path, both, 400)
+        assert done.complete
+        assert np.count_nonzero(done.status_axis == Status.BACKUP) > 20
+
+
+def test_rho_keeps_away_from_the_strokes_end_what_a_stage_may_lack() -> None:
+    """``settle_m`` is the largest |p - rho| of P-tilde at the instants after those with rows, by
+    programs of their own: the first 20 in a row that are within ``SETTLED`` of the stroke."""
+    target, subs = admissible(HORIZON), 3
+    scale = 1.0 / np.max(np.abs(target.rows), axis=0)
+    inside = np.vstack([target.rows, -target.rows]) * scale
+    part, size = discretise(stage(), T_S / subs), target.rows.shape[1]
+    # what each coordinate alone does: state, entries of the register, rho
+    state, lacks, allowed = np.eye(3, size), list[float](), SETTLED * 0.025
+    for instant in range(1, (HORIZON + 1) * subs + 90):
+        command = np.zeros(size)
+        command[-1] = 1.0
+        period = (instant - 1) // subs
+        if period < HORIZON:
+            command[3 + period] = 1.0
+        state = part.a @ state + np.outer(part.b, command)
+        if instant > (HORIZON + 1) * subs:
+            error = (state[0] - np.eye(size)[-1]) * scale / allowed
+            ends = linprog(-error, A_ub=inside, b_ub=np.ones(len(inside)), bounds=(None, None))
+            lacks.append(-allowed * float(ends.fun))
+    first = int(np.flatnonzero(np.array(lacks) > allowed)[-1]) + 1
+    settle = machine(HORIZON).axes[0].program.settle_m
+    assert settle == pytest.approx(max(lacks[first : first + 20]), rel=1e-6)
+    assert settle > 2.0 * lacks[first + 19]

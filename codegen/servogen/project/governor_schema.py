@@ -24,8 +24,7 @@ from servogen.project.schema import (
 # The window of points that a plan can use is an array of the emitted C's arguments, twice for each
 # axis.
 MOST_WINDOW = 200_000
-# With one or two iterations a period a plan that needs more of them may never get on while the tool
-# stands still: drawings then stall.
+# With one or two iterations a period drawings go on as well, but stand for most of the time.
 LEAST_CAP = 3
 
 
