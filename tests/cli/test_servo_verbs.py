@@ -67,6 +67,7 @@ def test_the_verbs_one_by_one(drive: Path, servogen_command: Command) -> None:
     assert "with the Python reference inside" in referenced.out
     report = servogen_command("report", drive, "-o", folder / "report.html")
     assert report.status == 0
+    assert "without what was not run: sil, study; servogen run does all of it" in report.out
     assert (folder / "report.html").stat().st_size > 1_000_000
 
 

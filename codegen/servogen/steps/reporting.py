@@ -13,14 +13,19 @@ SCHEMA = "servogen.report/1"
 
 @dataclass(frozen=True)
 class ReportResult:
-    """Where the page is."""
+    """Where the page is; ``missing``: what it shows as not run."""
 
     out: Path
     size: int
+    missing: tuple[str, ...] = ()
     passed: bool = True
 
     def lines(self) -> list[str]:
-        return [f"report    {self.out} ({self.size / 1e6:.1f} MB)"]
+        lines = [f"report    {self.out} ({self.size / 1e6:.1f} MB)"]
+        if self.missing:
+            told = ", ".join(self.missing)
+            lines.append(f"          without what was not run: {told}; servogen run does all of it")
+        return lines
 
     def to_json(self) -> dict[str, object]:
         return {"schema": SCHEMA, "passed": self.passed, "bytes": self.size}
@@ -32,4 +37,6 @@ def report(
     """Write the page."""
     page = system.page(found)
     write_file(out, page)
-    return ReportResult(out, len(page.encode()))
+    verbs = {"sil": found.sil, "wcet": found.wcet, "study": found.study}
+    missing = tuple(verb for verb, done in verbs.items() if done is None)
+    return ReportResult(out, len(page.encode()), missing)

@@ -222,14 +222,16 @@ def _troubles(course: Course) -> tuple[ContourRow, ...]:
         PLAIN_ALL: contour_design(machine, settings=heavy),
     }
     speeds = np.abs(np.diff(contour.motion.points, axis=0)) / period
-    half = (contour.first + contour.last) // 2
-    begin = contour.first + int(np.argmax(speeds[contour.first : half, 0], keepdims=True)[0])
+    half = max((contour.first + contour.last) // 2, contour.first + 1)
+    fastest = np.max(speeds[contour.first : half], axis=0)
+    held = int(np.argmax(fastest > 0.5 * np.max(fastest)))  # the first that moves to speak of
+    begin = contour.first + int(np.argmax(speeds[contour.first : half, held]))
     end = begin + min(max(round(STILL_S / period), 1), MOST_STILL)
     needed = TOO_LITTLE * np.max(speeds[contour.first : contour.last], axis=0) / machine.gains
     limits = np.where(needed > 0.0, np.minimum(needed, machine.limits), machine.limits)
     troubles = {
-        f"x stands still for {1e3 * period * (end - begin):.3g} ms": Trouble(
-            0, begin, end, machine.limits
+        f"{machine.names[held]} stands still for {1e3 * period * (end - begin):.3g} ms": Trouble(
+            held, begin, end, machine.limits
         ),
         f"drives give {TOO_LITTLE:.0%} of the velocity needed": Trouble(0, 0, 0, limits),
     }
