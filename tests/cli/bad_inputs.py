@@ -444,9 +444,9 @@ PATHS = (
         "a.svg",
     ),
     Bad(
-        "G-code word that no plane path has",
+        "part program that moves z with two axes",
         drawing("a.nc", "G21\nG0 X1\nG1 Z-5 F100\n"),
-        ("line 3 is Z-5", "words of a plane path"),
+        ("line 3 is a move of z to -0.005 m", "a level path: there are two axes"),
         "a.nc",
     ),
     Bad(
