@@ -25,7 +25,8 @@ test: $(STAMP)
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -n auto --dist loadgroup
 
-# The tests of the checks with what they start: Frama-C, QEMU, cppcheck, libFuzzer, a C6000's gcc.
+# The tests of the checks with what they start (Frama-C, QEMU, cppcheck, libFuzzer, a C6000's gcc), and
+# the larger of those that gcc alone makes: a small case of each of these is in the default run.
 test-tools: $(STAMP)
 	$(BIN)/python -m pytest -n auto --dist loadgroup -m tools
 
