@@ -65,6 +65,10 @@ def test_over_the_cycles() -> None:
     assert first.startswith("over the budget of 30 ms by fixed part of small_")
     assert any(line.endswith(f"FAILED: {first}") for line in told.lines())
     assert told.to_json()["faults"] == told.fit.faults
+    advised = replace(told, cheaper="fewer points")
+    assert advised.lines()[-1].strip() == "what makes it cheaper: fewer points; or target.share"
+    fits = replace(result(load_target("tms320c6678")), cheaper="fewer points")
+    assert not any("cheaper" in line for line in fits.lines())
 
 
 @pytest.mark.parametrize(

@@ -83,6 +83,10 @@ class ContourSystem:
         return (*near, *hardly_any_left(self.machine))
 
     @property
+    def cheaper(self) -> str:
+        return 'a smaller controller.contour.preview, or controller.contour.form = "tabulated"'
+
+    @property
     def proofs(self) -> tuple[Proof, ...]:
         name = "contour_stability"
         return (Proof(name, PROOFS[name], lambda _, __: contour_claims(self.design)),)

@@ -66,6 +66,7 @@ class WcetResult:
         fit: on the target that decides whether the step passed.
         periods: periodic entry point -> its period, s.
         others: every bundled target by name, where they were asked for.
+        cheaper: what its user may change where a budget is passed; empty where nothing is known.
         brief: the lines for people leave out the tables; the JSON has everything.
     """
 
@@ -74,6 +75,7 @@ class WcetResult:
     share: float
     periods: Mapping[str, float]
     others: Mapping[str, Fit] = field(default_factory=dict)
+    cheaper: str = ""
     brief: bool = False
 
     @property
@@ -125,6 +127,8 @@ class WcetResult:
                 *(f"FAILED: {fault}" for fault in self.fit.faults),
             ]
         )
+        if self.cheaper and not all(b.fits for b in self.fit.budgets):
+            lines += _under([f"what makes it cheaper: {self.cheaper}; or target.share"])
         return [line.rstrip() for line in lines]
 
     def to_json(self) -> dict[str, object]:
@@ -181,6 +185,7 @@ def count(
         share=project.target.share,
         periods=periods_of(package.declarations),
         others={t.name: fit_of(package, counts, t, project.target.share) for t in others},
+        cheaper=prepared.system.cheaper,
     )
 
 

@@ -116,6 +116,10 @@ class GovernorSystem:
         )
 
     @property
+    def cheaper(self) -> str:
+        return 'a smaller controller.solver.iteration_cap ("target" finds it) or controller.governor.horizon'
+
+    @property
     def proofs(self) -> tuple[Proof, ...]:
         return (Proof("extended_sets", PROOFS["extended_sets"], lambda _, __: self._sets()),)
 

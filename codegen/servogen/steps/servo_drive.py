@@ -82,6 +82,10 @@ class ServoSystem:
         return ()
 
     @property
+    def cheaper(self) -> str:
+        return "a smaller controller.mpc.control_horizon or trajectory_horizon"
+
+    @property
     def proofs(self) -> tuple[Proof, ...]:
         solved = any(form.solution is not None for form in self.choice.forms)
         no_regions = "" if solved else "no form of the lookup enumerates regions"

@@ -130,6 +130,10 @@ class System(Protocol[Simulated, Studied]):
         """What a user should know before using the design, one sentence each."""
 
     @property
+    def cheaper(self) -> str:
+        """The keys that make a step cheaper, for who is over a target's budget."""
+
+    @property
     def proofs(self) -> Sequence[Proof]:
         """In the order of the certificate."""
 

@@ -63,6 +63,10 @@ class TwoStage:
         return ()
 
     @property
+    def cheaper(self) -> str:
+        return 'a smaller controller.solver.iteration_cap ("target" finds it) or controller.mpc.horizon'
+
+    @property
     def proofs(self) -> tuple[Proof, ...]:
         alone = "" if self.tuning.horizon else "this controller solves no program"
         return (
