@@ -117,7 +117,7 @@ class GovernorSystem:
 
     @property
     def cheaper(self) -> str:
-        return 'a smaller controller.solver.iteration_cap ("target" finds it) or controller.governor.horizon'
+        return "a smaller controller.solver.iteration_cap or controller.governor.horizon"
 
     @property
     def proofs(self) -> tuple[Proof, ...]:

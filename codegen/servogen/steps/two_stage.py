@@ -64,7 +64,7 @@ class TwoStage:
 
     @property
     def cheaper(self) -> str:
-        return 'a smaller controller.solver.iteration_cap ("target" finds it) or controller.mpc.horizon'
+        return "a smaller controller.solver.iteration_cap or controller.mpc.horizon"
 
     @property
     def proofs(self) -> tuple[Proof, ...]:
