@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "controllers"))
 
-from governed_machine import CENTRE, T_S, admissible, figures, least_motion, machine, stage
+from governed_machine import CENTRE, STROKE, T_S, admissible, figures, least_motion, machine, stage
 
 from servogen.controllers.command_governor_declaration import declare_governor_parts
 from servogen.controllers.command_governor_design import CommandGovernorDesign, GovernorSettings
@@ -85,8 +85,17 @@ def test_ten_thousand_points_of_the_paper_s_set_stay_in_it() -> None:
     for _ in range(3):
         found = moved_on(target, found)
         assert over(target, found) <= ROUNDING
-        speed, push = np.abs(found[:, 1]), np.abs(found[:, 2])
-        assert (np.max(speed), np.max(push)) <= (0.1 * (1 + ROUNDING), 10.0 * (1 + ROUNDING))
+        for state in at_instants(found[:, :3], found[:, 3] + found[:, -1]):
+            assert np.max(np.abs(state[:, 1])) <= 0.1 * (1 + ROUNDING)
+            assert np.max(np.abs(state[:, 2])) <= 10.0 * (1 + ROUNDING)
+
+
+def at_instants(state: np.ndarray, command: np.ndarray) -> list[np.ndarray]:
+    """(K, 3) states at the N = 3 instants of a period under a command each, its beginning first."""
+    part, found = discretise(stage(), T_S / 3), [state]
+    for _ in range(2):
+        found.append(found[-1] @ part.a.T + command[:, None] * part.b)
+    return found
 
 
 def test_property_b_as_printed_does_not_hold() -> None:
@@ -169,6 +178,54 @@ def from_points(
             assert abs(state[1]) <= 0.1 * (1 + ROUNDING)
             assert abs(state[2]) <= 10.0 * (1 + ROUNDING)
     return told
+
+
+@pytest.fixture(scope="module")
+def close() -> Iterator[tuple[CommandGovernorDesign, CompiledController, CompiledController]]:
+    """One iteration, and the stroke at all instants."""
+    yield from _compiled(GovernorSettings(cap=1, sub_step_stroke=True))
+
+
+def test_the_c_keeps_the_stroke_of_points_that_its_plan_reaches(close) -> None:  # type: ignore[no-untyped-def]
+    """(b) with the rows of the stroke: in every interval a point is chosen that the moved plan has
+    in reach, every other time one at the end of that reach. Never INFEASIBLE, and every limit and
+    the stroke kept at the three instants of the period and at its end."""
+    axis, rng = close[1], np.random.default_rng(12)
+    names = [port.name for port in axis.declaration.operation("predict").inputs]
+    held = np.frombuffer(axis._ffi.buffer(axis.memory), np.float64)[: HORIZON + 1]
+    found = points(HORIZON, 10_000, 40, standing=False)[:2_000] * (1 - 2e-6)
+    told = {Status.OK: 0, Status.BACKUP: 0}
+    before, after, wanted = [], [], []
+    for number, point in enumerate(found):
+        axis.call("reset", {"position": point[-1] + CENTRE})
+        held[:-1] += point[3:-1]
+        state = PLANT.a @ point[:3] + PLANT.b * (held[0] - CENTRE)
+        for _ in range(2):
+            given = dict(zip(names, [state[0] + CENTRE, *state[1:]], strict=True))
+            _, seen = axis.call("foresee", given)
+            least, greatest = np.asarray(seen["least"]), np.asarray(seen["greatest"])
+            assert np.all(least < greatest)
+            share = rng.uniform(0.0, 1.0, least.size)
+            chosen = least + (np.round(share) if number % 2 else share) * (greatest - least)
+            asked = {
+                "reference": rng.uniform(0.0, 0.25, HORIZON + 1),
+                "low": chosen - STROKE,
+                "high": chosen + STROKE,
+            }
+            status, out = axis.call("step", {**given, **asked})
+            told[status] += 1  # KeyError: neither OK nor BACKUP
+            command = float(np.asarray(out["command"])) - CENTRE
+            before.append(state)
+            after.append(command)
+            wanted.append(chosen[0] - CENTRE)
+            state = PLANT.a @ state + PLANT.b * command
+    states = at_instants(np.array(before), np.array(after))
+    states.append(np.array(before) @ PLANT.a.T + np.array(after)[:, None] * PLANT.b)
+    for instant in states:
+        assert np.max(np.abs(instant[:, 0] - np.array(wanted))) <= STROKE * (1 + ROUNDING)
+        assert np.max(np.abs(instant[:, 1])) <= 0.1 * (1 + ROUNDING)
+        assert np.max(np.abs(instant[:, 2])) <= 10.0 * (1 + ROUNDING)
+    assert told[Status.BACKUP] > 1_000
 
 
 @pytest.mark.parametrize("pattern", [False, True], ids=["minimal motion", "pattern"])
