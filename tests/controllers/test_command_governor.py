@@ -20,7 +20,7 @@ from servogen.controllers.command_governor_design import (
 )
 from servogen.controllers.command_governor_program import GovernorWeights, governor_program
 from servogen.controllers.design import Status
-from servogen.precision import FLOAT32, FLOAT64
+from servogen.precision import FLOAT32, FLOAT64, Precision
 from servogen.sets.extended import ExtendedSet
 
 HORIZON = 12
@@ -350,3 +350,36 @@ def test_single_precision_follows() -> None:
             plant = axis.design.plant
             states[i] = plant.a @ states[i] + plant.b * float(axis.plan[0])
         np.testing.assert_allclose(states[1][0], states[0][0], atol=1e-4)
+
+
+@pytest.mark.parametrize("cap", [1, 3, 5, 12])
+@pytest.mark.parametrize("precision", [FLOAT64, FLOAT32])
+def test_at_rest_calls_at_the_cap_are_one_call_in_pieces(precision: Precision, cap: int) -> None:
+    """As many iterations as without a cap, and the same plan to the last bit; in float32 many of
+    these programs take refinements."""
+    own = machine(8, precision=precision).axes[0]
+    pieces, whole = (replace(own, solver=replace(own.solver, cap=c)) for c in (cap, 2000))
+    rng, several = np.random.default_rng(5), 0
+    n, stroke = own.program.variables, own.program.stroke_m
+    state = np.zeros(3, dtype=precision.dtype)
+    state[0] = centre = own.program.centre_m
+    for index in range(24):
+        room = stroke * rng.choice([[0.02, 0.2, 0.9], [0.0005, 0.003, 0.02]][index % 2])
+        jumps = rng.choice([-1.0, 1.0], n) * rng.choice([0.1, 1.0, 10.0], n) * rng.random(n)
+        reference = np.clip(centre + stroke * jumps, 0.0, 0.25).astype(precision.dtype)
+        low = (centre - room * (1.0 - 0.9 * rng.random(own.intervals))).astype(precision.dtype)
+        high = (centre + room * (1.0 - 0.9 * rng.random(own.intervals))).astype(precision.dtype)
+        at_once, capped = AxisGovernor(whole), AxisGovernor(pieces)
+        for one in (at_once, capped):
+            one.reset(centre)
+        status, most = at_once.step(state, reference, low, high)
+        if status is not Status.OK or most <= cap:
+            continue
+        taken, told = 0, Status.BACKUP
+        while told is Status.BACKUP:
+            told, iterations = capped.step(state, reference, low, high)
+            taken += iterations
+        assert (told, taken) == (Status.OK, most)
+        assert np.array_equal(capped.plan, at_once.plan)
+        several += 1
+    assert several >= 5

@@ -49,7 +49,7 @@ SHAPES = {
     "float64": Shape("g64"),
     "float32": Shape("g32", "float32"),
     "at the cap": Shape("cap64", cap=1),
-    "at the cap, float32": Shape("cap32", "float32", cap=2),
+    "at the cap, float32": Shape("cap32", "float32", cap=1),
     "rows between the samples": Shape("sub", sub_step=True, margin=0.001, after=False),
     "one period": Shape("one", "float32", horizon=1, points=1, sub_samples=1),
     "blocks that are left over": Shape("left", horizon=6, points=3),

@@ -170,7 +170,9 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "a bad measurement is foreseen from": swap(
         "(status == SG_OK) ? in->velocity : self->predicted[1]", "in->velocity"
     ),
-    "a set that outlives its reset": swap("self->size = 0;\n    self->waited", "self->waited"),
+    "a set that outlives its reset": swap(
+        "self->waited = 0;\n    core_forget(self);", "self->waited = 0;"
+    ),
     "never ready": swap("self->ready = (status == SG_OK) ? 1 : 0;", "self->ready = 1;"),
     "held without moving": swap(
         "core_move(self, plan);\n    core_accept",
@@ -187,26 +189,31 @@ MUTANTS: dict[str, Callable[[str], str]] = {
     "the references are always kept": swap("(excess > core_tolerance) ? 0 : 1", "1"),
     "begun anew at rest": swap("if (self->waited > 0) {", "if (self->waited < 0) {"),
     "the row that was to enter is lost": swap("(self->pending == 1)", "(self->pending > 1)"),
-    "it enters in every call": swap("    self->pending = 0;\n", ""),
+    "it enters in every call": swap("    self->pending = 0;\n    if (entering", "    if (entering"),
     "multipliers begin anew": swap(
         "core_less(self, self->dual, z);\n    core_rows",
         "sg_fill(CORE_VARIABLES, (sg_real)0, self->dual);\n    core_rows",
     ),
-    "what is missed is not measured anew": swap(
-        "core_rows(self->start, z, rows);\n    (void)core_measure(self, rows, low, high);", ""
+    "nothing is missed": swap(
+        "self->dual[i] = (sg_real)0;\n            self->missed[i] = (sg_real)0;\n        }",
+        "self->dual[i] = (sg_real)0;\n        }\n        self->missed[i] = (sg_real)0;",
     ),
     "patience without end": swap("(self->waited == CORE_PATIENCE)", "(self->waited < 0)"),
     "patience ends a step early": swap(
         "(self->waited == CORE_PATIENCE)", "(self->waited >= (CORE_PATIENCE - 1))"
     ),
-    "patience does not begin anew": swap("CORE_PATIENCE) : 0;", "CORE_PATIENCE) : self->waited;"),
-    "patience outlives a reset": swap("size = 0;\n    self->waited = 0;", "size = 0;"),
+    "patience does not begin anew": swap(
+        "self->waited = 0;\n    core_drop_stalled(self);", "core_drop_stalled(self);"
+    ),
+    "patience outlives a reset": swap(
+        "self->waited = 0;\n    core_forget(self);", "core_forget(self);"
+    ),
     "a stage that moves is patient too": swap("SG_BACKUP) ? standing", "SG_BACKUP) ? 1"),
 }  # fmt: skip
 
 
 def renamed(number: int) -> Shape:
-    return Shape(f"mutant{number}", cap=8, horizon=4)
+    return Shape(f"mutant{number}", cap=3, horizon=4)
 
 
 @cache

@@ -121,6 +121,7 @@ class AxisGovernor:
     def hold(self) -> np.floating:
         """Command of the moved plan, from the state predicted."""
         self._accept(self.predicted, self.moved())
+        self._go_on_with_none()
         command: np.floating = self.plan[0]
         return command
 
@@ -154,11 +155,20 @@ class AxisGovernor:
         return self._patient(status), answer.iterations
 
     def _patient(self, status: Status) -> Status:
-        """A stage at rest has the same program again. Begun anew it would be at the cap for ever:
-        the next step goes on with it. After ``patience`` steps the plan at rest is its answer."""
-        waits, patience = self.standing and status is Status.BACKUP, self.design.patience
-        self.waited = min(self.waited + 1, patience) if waits else 0
+        """A stage at rest has the same program again, as long as the points and so its bounds stay.
+        Begun anew it would be at the cap for ever: the next step goes on with it. After
+        ``patience`` steps the plan at rest is its answer."""
+        patience = self.design.patience
+        if self.standing and status is Status.BACKUP:
+            self.waited = min(self.waited + 1, patience)
+        else:
+            self._go_on_with_none()
         return Status.SUBOPTIMAL if self.waited == patience else status
+
+    def _go_on_with_none(self) -> None:
+        """The next step begins anew; rows that rounding does not let hold are no beginning."""
+        self.waited = 0
+        self.solver.drop_stalled()
 
     def _stands(self, position: np.floating, rest: np.floating) -> bool:
         """Whether the stage is at the end of the plan before and the new one leaves it there."""

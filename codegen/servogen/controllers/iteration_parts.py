@@ -154,7 +154,12 @@ def active_set_parts(tables: ActiveSetTables, scale: FloatArray | None = None) -
             ),
             StateField("size", "rows in the working set", type="int32_t"),
             *(
-                [StateField("pending", "1: the row after them is to enter", type="int32_t")]
+                [
+                    StateField("pending", "1: the row after them is to enter", type="int32_t"),
+                    StateField("refining", "as it was at the cap", type="int32_t"),
+                    StateField("forced", "likewise", type="int32_t"),
+                    StateField("stalled", "likewise", type="int32_t"),
+                ]
                 if tables.resumes
                 else []
             ),

@@ -87,6 +87,11 @@ class ActiveSetSolver:
     def forget(self) -> None:
         self.work = active_set_factor.empty_set(self.tables)
 
+    def drop_stalled(self) -> None:
+        """A working set that ended in refinements is left."""
+        self.work.size *= 1 - int(self.work.stalled)
+        self.work.stalled = False
+
     def solve(
         self,
         free: FloatArray,

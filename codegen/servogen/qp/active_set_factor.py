@@ -25,8 +25,9 @@ class WorkingSet:
         pivots: (N,) 1 / D. square: (N,) a'H^-1 a; one where all rows have that length.
         vectors: (N, N) H^-1 a, without the sign, in the order of ``slot``.
         slot: (N,) where a row of the set has its vector; the rest are free.
-        dual: (N,) multipliers.
-        pending: whether the row after them, with its multiplier, was to enter at the cap.
+        dual: (N,) multipliers. missed: (N,) what its rows miss of their bounds.
+        pending: whether the row after them was to enter at the cap; its multiplier and excess are
+            in their place. refining, forced, stalled: as they were there.
     """
 
     size: int
@@ -38,11 +39,16 @@ class WorkingSet:
     square: FloatArray
     vectors: FloatArray
     dual: FloatArray
+    missed: FloatArray
     pending: bool = False
+    refining: bool = False
+    forced: bool = False
+    stalled: bool = False
 
     def forget(self) -> None:
         """Be as a first call finds it: the order of the slots is one of sums too."""
         self.size = 0
+        self.pending = self.refining = self.forced = self.stalled = False
         self.slot[:] = range(len(self.slot))
 
 
@@ -52,7 +58,7 @@ def empty_set(tables: ActiveSetTables) -> WorkingSet:
     return WorkingSet(
         0, [0] * n, [1] * n, list(range(n)),
         np.zeros((n + 1, n), real), np.zeros(n, real), np.zeros(n, real), np.zeros((n, n), real),
-        np.zeros(n, real),
+        np.zeros(n, real), np.zeros(n, real),
     )  # fmt: skip
 
 

@@ -21,9 +21,10 @@ one of three things, and every one of them raises the dual cost or shortens W:
 A row is appended only if it is violated by more than ``accept``, so the full step that follows
 raises the dual cost by at least accept^2 / (2 a'H^-1 a), and between two full steps rows are only
 dropped: without rounding no working set comes back, whatever set the method began with. Rounding is
-what the cap is for. So a call that ended at the cap can be gone on with by the next one, if that is
-of the same program: from its set and multipliers, and with the row that was to enter. Of another
-one these are a beginning like any other: multipliers that are not negative.
+what the cap is for. A call that ended at the cap can be gone on with by the next one, if that is of
+the same program: from the state of the iteration, with the same steps as without the cap. Of
+another one this is a beginning like any other: multipliers that are not negative, and rows that are
+measured before any point is an answer.
 """
 
 from __future__ import annotations
@@ -78,8 +79,7 @@ def solve(
         method.resume()
     else:
         method.begin(kept)
-    work.pending = False
-    return method.run(kept and not resume)
+    return method.run(kept and not resume, resume)
 
 
 class _Method:
@@ -92,9 +92,10 @@ class _Method:
         self.tables, self.work, self.start = tables, work, start
         self.free, self.low, self.high = free, low, high
         self.free_rows = tables.rows.product(free, start)
+        self.z, self.rows = free, self.free_rows
         self.real = tables.inverse.dtype.type
         self.zero, self.one = self.real(0.0), self.real(1.0)
-        self.missed = np.zeros(tables.rows.variables, dtype=tables.inverse.dtype)
+        self.missed = work.missed
 
     def worst(self, rows: FloatArray) -> tuple[int, int] | None:
         """Row and side of the largest violation beyond ``accept``; of equal ones the first row,
@@ -117,24 +118,30 @@ class _Method:
                 if moved >= 0:
                     append(self.tables, work, moved, side)
         work.dual[: work.size] = self.zero
+        self.missed[:] = self.zero
         self.measure(self.free_rows)
 
     def resume(self) -> None:
-        """The last call's set with its multipliers, and the row that was to enter."""
-        work, q = self.work, self.work.size
-        if work.pending:
-            raised = work.dual[q]
-            if append(self.tables, work, work.row[q], work.side[q], forced=True).done:
-                work.dual[q] = raised
-        z = self.less(self.free, work.dual)
-        self.measure(self.tables.rows.product(z, self.start))
+        """The point of the last call's multipliers; a refinement begins with what is missed there,
+        as it would have."""
+        self.z = self.less(self.free, self.work.dual)
+        self.rows = self.tables.rows.product(self.z, self.start)
+        if self.work.refining:
+            self.measure(self.rows)
 
-    def run(self, kept: bool) -> ActiveSetResult:
+    def run(self, kept: bool, resume: bool) -> ActiveSetResult:
         """Iterate until the optimum, a row that nothing makes room for, or the cap."""
-        work, z, rows = self.work, self.free, self.free_rows
+        work, z, rows = self.work, self.z, self.rows
         entering: tuple[int, int] | None = None
         raised = excess = self.zero
         refining = forced = stalled = False
+        if resume:
+            refining, forced, stalled = work.refining, work.forced, work.stalled
+            if work.pending:
+                q = work.size
+                entering = (work.row[q], work.side[q])
+                raised, excess = work.dual[q], self.missed[q]
+        work.refining = work.forced = work.stalled = work.pending = False
         for iteration in range(1, self.tables.cap + 1):
             if entering is None:
                 step = self.step()
@@ -186,13 +193,23 @@ class _Method:
                 work.forget()  # rows that contradict are no beginning for another program
                 return ActiveSetResult(z, False, beyond, iteration)
             raised = self.from_zero(raised + gained)
-        if stalled:  # nor are rows that rounding does not let hold
+        if self.tables.resumes:
+            self.leave(entering, raised, excess)
+            work.refining, work.forced, work.stalled = refining, forced, stalled
+        elif stalled:  # nor are rows that rounding does not let hold
             work.forget()
-        elif entering is not None and self.tables.resumes:
-            q = work.size  # below N: a row has just made room, or the set was not full
-            work.row[q], work.side[q], work.dual[q] = *entering, raised
-            work.pending = True
         return ActiveSetResult(z, False, False, self.tables.cap)
+
+    def leave(
+        self, entering: tuple[int, int] | None, raised: np.floating, excess: np.floating
+    ) -> None:
+        """The row that is to enter, to the place after the set's, which is not full: a row has made
+        room, or there was some."""
+        work, q = self.work, self.work.size
+        work.pending = entering is not None
+        if entering is not None:
+            work.row[q], work.side[q] = entering
+            work.dual[q], self.missed[q] = raised, excess
 
     def from_zero(self, x: Any) -> Any:
         """Numbers kept within zero and ``large``."""
