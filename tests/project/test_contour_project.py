@@ -107,7 +107,7 @@ def matrices(a: str, b: str = "[1, 0]") -> str:
         ("preview = 10 ", "preview = 1 ", "controller.contour.preview is 1, expected"),
         (DRIVE, matrices("[[1, 0.1]]"), "machine.y.drive.a[0] is [1.0, 0.1], expected 1 numbers"),
         (DRIVE, matrices("[[1, 1], [0, 1.2]]", "[0, 1]"), "every mode but its position's decays"),
-        (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "drive.b, expected an input that moves"),
+        (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "drive.b is [0.0, 0.0], expected an input"),
         (DRIVE, SERVO.replace("400", "0"), "bandwidth_rad_per_s is 0, expected a finite number"),
         (DRIVE, SERVO.replace("velocity_servo", "servo"), "machine.y.drive.model is"),
         ('name = "tms320c6678"', 'name = "tms320c6678"\nshare = 0.1', "servogen.toml"),
@@ -164,8 +164,18 @@ def test_a_contradiction_is_one_sentence(
         ("[[1.3, 0.1], [0, 0.3]]", "[0, 1]", "[1, 0]", "eigenvalue nearest to 1 is 1.3"),
         ("[[1, 0.1], [0, 1.3]]", "[0, 1]", "[1, 0]", "drive.a is with a mode of eigenvalue 1.3 be"),
         ("[[1, 0.1], [0, 0.9999999]]", "[0, 1]", "[1, 0]", "with a mode of eigenvalue 0.9999999"),
-        ("[[1, 0], [0, 0.4]]", "[1, 1]", "[0, 1]", "drive.c, expected an output that shows the in"),
-        ("[[1, 0], [0, 0.4]]", "[0, 1]", "[1, 1]", "drive.b, expected an input that moves the int"),
+        (
+            "[[1, 0], [0, 0.4]]",
+            "[1, 1]",
+            "[0, 1]",
+            "drive.c is [0.0, 1.0], expected an output that shows",
+        ),
+        (
+            "[[1, 0], [0, 0.4]]",
+            "[0, 1]",
+            "[1, 1]",
+            "drive.b is [0.0, 1.0], expected an input that moves",
+        ),
     ],
 )
 def test_an_axis_is_one_integrator_that_is_driven_and_seen(

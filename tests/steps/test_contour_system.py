@@ -149,6 +149,7 @@ def test_weights_and_points_that_a_precision_does_not_carry_are_one_sentence() -
         InputError, match=r"controller\.contour\.contour_weight is 15.0, .*; float64"
     ):
         contour_system(heavy)
+    assert contour_system(heavy, TABLE).design.table is not None  # solved for at design time
     slow = ("feed_m_per_s = 0.05  ", "feed_m_per_s = 0.0002  ")
     with pytest.raises(InputError, match=r"output\.precision is .*float32.*points apart"):
         contour_system(slow)

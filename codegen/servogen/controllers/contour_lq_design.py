@@ -15,7 +15,7 @@ from servogen.controllers.contour_tangent import distinct
 from servogen.controllers.contour_weights import ContourWeights, Terminal
 from servogen.controllers.errors import DesignError
 from servogen.plants.statespace import Discrete, FloatArray
-from servogen.precision import Precision
+from servogen.precision import FLOAT64, Precision
 
 AXES = ("x", "y", "z")
 # Hidden states, in shares of the largest that inputs within the limit make: what a filter may make
@@ -135,12 +135,14 @@ def design_contour_lq(
     terminal: Terminal,
     preview: int,
     resolution: float = 0.0,
+    on_line: bool = True,
 ) -> ContourLqDesign:
     """Coordinates, tables and filter of every axis.
 
     Args:
         resolution: m, distance between points below which they count as the same one; what the
             precision can tell if that is more.
+        on_line: whether the target solves for the slides; with gains per angle the design does.
 
     Raises:
         DesignError: not two or three axes, different sample times, weights that the precision does
@@ -172,7 +174,8 @@ def design_contour_lq(
             raise DesignError(f"{name}.{error.key}", error.value, error.expected) from error
     if weights.contour > 0.0:
         rounding = max(axis.tables.rounding for axis in made)
-        check_ratio(weights, precision, slides(terminal, preview), rounding)
+        solved = precision if on_line else FLOAT64
+        check_ratio(weights, solved, slides(terminal, preview), rounding)
     return ContourLqDesign(
         prefix, precision, axes[0].plant.sample_time_s, tuple(made), weights, terminal, preview,
         distinct(precision, max(axis.reach for axis in axes), resolution),

@@ -139,8 +139,8 @@ class TangentSweep:
         return price
 
     def _rest(self, share: np.floating) -> np.floating:
-        """1 - share, as IEEE 754 has it only in two steps on every target: the double subtraction
-        of libgcc for ARM rounds 1 - x the wrong way for some x next to 2^-33."""
+        """1 - share, in two steps that are right on every target: in one, the double subtraction of
+        libgcc for ARM rounds 1 - x the wrong way for some x next to 2^-33."""
         rest: np.floating = (self._most - share) + self._remainder
         return rest
 

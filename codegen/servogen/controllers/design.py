@@ -26,7 +26,7 @@ class Status(IntEnum):
     OK = 0
     PRIMING = 1  # the horizon is being filled; the machine stands
     FINISHED = 2  # the whole path is processed
-    SUBOPTIMAL = 3  # iteration cap reached, the last iterate is feasible and used
+    SUBOPTIMAL = 3  # iteration cap reached, a feasible plan short of the optimum is used
     BACKUP = 4  # iteration cap reached, it is not; the shifted plan (Corollary 1) is used
     INFEASIBLE = 5  # not even the shifted plan is feasible from the measured state; it is held
     NOT_FINITE = 6  # an input is NaN or infinite; the plan goes on without the measurement

@@ -165,14 +165,15 @@ def run_governed(
 
 def _longest_wait(design: CommandGovernorDesign) -> int:
     """Periods without a point after which a loop has stalled: many times what a stage takes, from
-    rest to rest, for the longest step between two points."""
+    rest to rest, for the longest step between two points; and what a stage at rest may be at the
+    cap, which the controller tells itself."""
     most = 0.0
     for axis in design.axes:
         step, limits = 2.0 * axis.program.stroke_m, axis.reach
         quick = 2.0 * float(np.sqrt(step / limits.acceleration_m_per_s2))
         time = step / limits.velocity_m_per_s + quick
         most = max(most, time / axis.plant.sample_time_s)
-    return int(STALLED * (100.0 + 2.0 * most))
+    return int(STALLED * (100.0 + 2.0 * most)) + max(axis.patience for axis in design.axes)
 
 
 def excess(design: CommandGovernorDesign, run: GovernedRun, every: int) -> Excess:

@@ -106,7 +106,8 @@ def judge_governed(
         complete=run.complete,
         motion=slow_motion(fine, machine.period_s / machine.ratio),
         iterations=(float(np.mean(run.iterations)), int(run.iterations.max(initial=0))),
-        backups=int(np.count_nonzero(of_axes == Status.BACKUP)),
+        # an axis whose patience is over is at the cap as well
+        backups=int(np.isin(of_axes, (Status.BACKUP, Status.SUBOPTIMAL)).sum()),
         infeasible=int(np.count_nonzero(of_axes == Status.INFEASIBLE)),
         instants=kept_excess(machine, run),
         between=worst_excess(machine, fine, run.tool),

@@ -149,7 +149,7 @@ def contour_design(
     try:
         design = design_contour_lq(
             project.name, precision or machine.precision, data, asked.weights, asked.terminal,
-            asked.preview, resolution,
+            asked.preview, resolution, not asked.entries,
         )  # fmt: skip
         if asked.entries:
             design = tabulate(design, asked.entries, asked.direction_at)
