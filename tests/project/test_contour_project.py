@@ -107,7 +107,7 @@ def matrices(a: str, b: str = "[1, 0]") -> str:
         ("preview = 10 ", "preview = 1 ", "controller.contour.preview is 1, expected"),
         (DRIVE, matrices("[[1, 0.1]]"), "machine.y.drive.a[0] is [1.0, 0.1], expected 1 numbers"),
         (DRIVE, matrices("[[1, 1], [0, 1.2]]", "[0, 1]"), "every mode but its position's decays"),
-        (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "drive.b is [0.0, 0.0], expected an input"),
+        (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "drive.b is [0.0, 0.0]"),
         (DRIVE, SERVO.replace("400", "0"), "bandwidth_rad_per_s is 0, expected a finite number"),
         (DRIVE, SERVO.replace("velocity_servo", "servo"), "machine.y.drive.model is"),
         ('name = "tms320c6678"', 'name = "tms320c6678"\nshare = 0.1', "servogen.toml"),
