@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from command_governor.c.jinja; not to be edited.
- * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
+ * Design db73e1a8671115da28984cf35db7dd65b73d330d546f213644560d85ebcdbb92.
  *
  * Extended command governor (17)-(18), (21), both axes
  *
@@ -12,8 +12,8 @@
  * etcher_init                                  0       0     0       0      0       0   7692    52
  * etcher_reset                                 0       0     0      16      2      12     96   132
  * etcher_predict                              24      24     0      30      0      96     60   300
- * etcher_step                            1491736 1392882 22088 1212686 193562 3577326 490484  3468
- *   fixed part                            180346  174102    38  603746   5372 1105296  53444
+ * etcher_step                            1491736 1392882 22088 1212686 193562 3577326 490486  3456
+ *   fixed part                            180346  174102    38  603746   5372 1105296  53446
  *   each of 45 ETCHER_AXIS_ITERATION_CAP   29142   27084   490   13532   4182   54934   9712
  */
 #include "etcher.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design d27a95b2fd71b723. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design db73e1a8671115da. */
 /* Extended command governor (17)-(18), (21), both axes */
 #ifndef ETCHER_H
 #define ETCHER_H

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from command_governor_axis.c.jinja; not to be edited.
- * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
+ * Design db73e1a8671115da28984cf35db7dd65b73d330d546f213644560d85ebcdbb92.
  *
  * Extended command governor (17) of one axis: dual active-set method, property (b)
  *
@@ -10,10 +10,10 @@
  *
  * worst case of one call                    add    mul   div    cmp other    load  store stack
  * etcher_axis_init                            0      0     0      0     0       0   3676    36
- * etcher_axis_reset                           0      0     0      5     0       2     45    52
+ * etcher_axis_reset                           0      0     0      5     0       2     45    48
  * etcher_axis_foresee                      2258   1412     0   1067     1    3215   1671   708
- * etcher_axis_step                       743525 695029 11044 312119 96775 1384322 236005  2260
- *   fixed part                            87830  85639    19   7649  2680  148307  17485
+ * etcher_axis_step                       743525 695029 11044 312119 96775 1384322 236006  2248
+ *   fixed part                            87830  85639    19   7649  2680  148307  17486
  *   each of 45 ETCHER_AXIS_ITERATION_CAP  14571  13542   245   6766  2091   27467   4856
  * etcher_axis_predict                        12     12     0     15     0      42     24   188
  */
@@ -636,6 +636,10 @@ static int32_t etcher_axis_no_point(const etcher_axis_t *self, const sg_real *ro
 static void etcher_axis_forget(etcher_axis_t *self)
 {
     self->size = 0;
+    self->pending = 0;
+    self->refining = 0;
+    self->forced = 0;
+    self->stalled = 0;
     SG_PRAGMA("MUST_ITERATE(41, 41)")
     for (int32_t i = 0; i < ETCHER_AXIS_VARIABLES; i++) {
         self->slot[i] = i;
@@ -747,20 +751,44 @@ static void etcher_axis_begin(etcher_axis_t *self)
     sg_fill(ETCHER_AXIS_VARIABLES, (sg_real)0, self->dual);
 }
 
-/* The last call's set with its multipliers, and the row that was to enter: on from there. */
+/* The point of the last call's multipliers; a refinement begins with what is missed there, as it would have. */
 static void etcher_axis_resume(etcher_axis_t *self, const sg_real *restrict free, const sg_real *restrict low,
                            const sg_real *restrict high, sg_real *restrict rows, sg_real *restrict z)
 {
-    if (self->pending == 1) { /* its multiplier is where it will be */
-        const int32_t at = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES - 1);
-        sg_real square = (sg_real)0;
-        sg_real left = (sg_real)0;
-        (void)etcher_axis_append(self, self->row[at], self->side[at], etcher_axis_rounding, &square, &left);
+    for (int32_t i = 0; i < ETCHER_AXIS_VARIABLES; i++) {
+        if (i >= self->size) {
+            self->dual[i] = (sg_real)0;
+            self->missed[i] = (sg_real)0;
+        }
     }
     sg_copy(ETCHER_AXIS_VARIABLES, free, z);
     etcher_axis_less(self, self->dual, z);
     etcher_axis_rows(self->start, z, rows);
-    (void)etcher_axis_measure(self, rows, low, high);
+    if (self->refining == 1) {
+        (void)etcher_axis_measure(self, rows, low, high);
+    }
+}
+
+/* How the iteration stands at the cap; the row that is to enter goes to the place after the set's, which is
+ * not full: a row has made room, or there was some. */
+static void etcher_axis_leave(etcher_axis_t *self, int32_t entering, int32_t side, sg_real raised, sg_real excess)
+{
+    self->pending = 0;
+    if (entering >= 0) {
+        const int32_t at = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES - 1);
+        self->row[at] = entering;
+        self->side[at] = side;
+        self->dual[at] = raised;
+        self->missed[at] = excess;
+        self->pending = 1;
+    }
+}
+
+/* Rows that rounding does not let hold are no beginning for another program. */
+static void etcher_axis_drop_stalled(etcher_axis_t *self)
+{
+    self->size = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES) * (1 - sg_bound_count(self->stalled, 0, 1));
+    self->stalled = 0;
 }
 
 /*
@@ -786,12 +814,21 @@ static sg_status etcher_axis_solve(etcher_axis_t *self, const sg_real *restrict 
     sg_real step[ETCHER_AXIS_VARIABLES];
     if (self->waited > 0) {
         kept = 0;
+        refining = sg_bound_count(self->refining, 0, 1);
+        forced = sg_bound_count(self->forced, 0, 1);
+        stalled = sg_bound_count(self->stalled, 0, 1);
+        if (self->pending == 1) {
+            const int32_t at = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES - 1);
+            entering = self->row[at];
+            side = self->side[at];
+            raised = self->dual[at];
+            excess = self->missed[at];
+        }
         etcher_axis_resume(self, free, low, high, rows, z);
     } else {
         etcher_axis_begin(self);
         (void)etcher_axis_measure(self, rows, low, high);
     }
-    self->pending = 0;
     SG_PRAGMA("MUST_ITERATE(1, 45)")
     for (int k = 0; k < ETCHER_AXIS_ITERATION_CAP; k++) {
         int32_t dropped = 0;
@@ -880,18 +917,14 @@ static sg_status etcher_axis_solve(etcher_axis_t *self, const sg_real *restrict 
             status = SG_INFEASIBLE;
         }
     }
-    /* rows that contradict, or that rounding does not let hold, are no beginning for another program */
-    const int32_t useless = (status == SG_OK) ? 0 : (lost + stalled);
+    etcher_axis_leave(self, entering, side, raised, excess);
+    self->refining = refining;
+    self->forced = forced;
+    self->stalled = (status == SG_BACKUP) ? stalled : 0;
+    /* rows that contradict are no beginning for another program */
+    const int32_t useless = (status == SG_INFEASIBLE) ? 1 : lost;
     if (useless > 0) {
         etcher_axis_forget(self);
-    } else if (entering >= 0) { /* the set is not full: a row has made room, or there was some */
-        const int32_t at = sg_bound_count(self->size, 0, ETCHER_AXIS_VARIABLES - 1);
-        self->row[at] = entering;
-        self->side[at] = side;
-        self->dual[at] = raised;
-        self->pending = 1;
-    } else {
-        /* nothing is left over */
     }
     return status;
 }
@@ -1027,12 +1060,24 @@ static int32_t etcher_axis_stands(const etcher_axis_t *self, sg_real position, s
     return stands;
 }
 
-/* A stage at rest has the same program again. Begun anew it would be at the cap for ever: the next step
- * goes on with it. After PATIENCE steps the plan at rest is its answer. */
+/* The next step begins anew. */
+static void etcher_axis_go_on_with_none(etcher_axis_t *self)
+{
+    self->waited = 0;
+    etcher_axis_drop_stalled(self);
+}
+
+/* A stage at rest has the same program again, as long as the points and so its bounds stay. Begun anew it
+ * would be at the cap for ever: the next step goes on with it. After PATIENCE steps the plan at rest is its
+ * answer. */
 static sg_status etcher_axis_patient(etcher_axis_t *self, sg_status status, int32_t standing)
 {
     const int32_t waits = (status == SG_BACKUP) ? standing : 0;
-    self->waited = (waits == 1) ? sg_bound_count(self->waited + 1, 0, ETCHER_AXIS_PATIENCE) : 0;
+    if (waits == 1) {
+        self->waited = sg_bound_count(self->waited + 1, 0, ETCHER_AXIS_PATIENCE);
+    } else {
+        etcher_axis_go_on_with_none(self);
+    }
     return (self->waited == ETCHER_AXIS_PATIENCE) ? SG_SUBOPTIMAL : status;
 }
 
@@ -1076,6 +1121,7 @@ static void etcher_axis_continue(etcher_axis_t *self)
     sg_copy(ETCHER_AXIS_PLANT_ORDER, self->predicted, state);
     etcher_axis_move(self, plan);
     etcher_axis_accept(self, state, plan);
+    etcher_axis_go_on_with_none(self);
 }
 
 void etcher_axis_init(etcher_axis_t *self)
@@ -1102,6 +1148,9 @@ void etcher_axis_init(etcher_axis_t *self)
     }
     self->size = 0;
     self->pending = 0;
+    self->refining = 0;
+    self->forced = 0;
+    self->stalled = 0;
     self->waited = 0;
     sg_fill(ETCHER_AXIS_VARIABLES, (sg_real)0, self->relative);
     sg_fill(ETCHER_AXIS_STATES, (sg_real)0, self->start);
@@ -1122,12 +1171,8 @@ sg_status etcher_axis_reset(etcher_axis_t *self, const etcher_axis_reset_in *in)
     sg_fill(ETCHER_AXIS_VARIABLES, where, self->plan);
     sg_fill(ETCHER_AXIS_PLANT_ORDER, (sg_real)0, self->predicted);
     self->predicted[0] = where;
-    self->size = 0;
     self->waited = 0;
-    SG_PRAGMA("MUST_ITERATE(41, 41)")
-    for (int32_t i = 0; i < ETCHER_AXIS_VARIABLES; i++) {
-        self->slot[i] = i;
-    }
+    etcher_axis_forget(self);
     /*@ merge status; */
     return status;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design d27a95b2fd71b723. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design db73e1a8671115da. */
 /* Extended command governor (17) of one axis: dual active-set method, property (b) */
 #ifndef ETCHER_AXIS_H
 #define ETCHER_AXIS_H
@@ -45,6 +45,9 @@ typedef struct {
     int32_t slot[ETCHER_AXIS_VARIABLES]; /* where their vectors are */
     int32_t size; /* rows in the working set */
     int32_t pending; /* 1: the row after them is to enter */
+    int32_t refining; /* as it was at the cap */
+    int32_t forced; /* likewise */
+    int32_t stalled; /* likewise */
     int32_t waited; /* periods in a row at rest and at the cap */
     etcher_real relative[ETCHER_AXIS_VARIABLES]; /* workspace, no meaning between calls */
     etcher_real start[ETCHER_AXIS_STATES]; /* workspace, no meaning between calls */

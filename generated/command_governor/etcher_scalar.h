@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design d27a95b2fd71b723. */
+/* Made by servogen 0.1.0 from scalar.h.jinja; not to be edited. Design db73e1a8671115da. */
 /* The scalar of the kernels, and the kernels: for the sources of etcher only. */
 #ifndef ETCHER_SCALAR_H
 #define ETCHER_SCALAR_H

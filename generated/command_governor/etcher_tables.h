@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design d27a95b2fd71b723. */
+/* Made by servogen 0.1.0 from tables.h.jinja; not to be edited. Design db73e1a8671115da. */
 /* Constant tables of etcher; included by etcher.c only. */
 #ifndef ETCHER_TABLES_H
 #define ETCHER_TABLES_H

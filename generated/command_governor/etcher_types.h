@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from types.h.jinja; not to be edited. Design d27a95b2fd71b723. */
+/* Made by servogen 0.1.0 from types.h.jinja; not to be edited. Design db73e1a8671115da. */
 #ifndef ETCHER_TYPES_H
 #define ETCHER_TYPES_H
 

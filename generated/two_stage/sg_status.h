@@ -7,7 +7,7 @@ typedef enum {
     SG_OK = 0,
     SG_PRIMING = 1,      /* the horizon is being filled; the machine stands */
     SG_FINISHED = 2,     /* the whole path is processed */
-    SG_SUBOPTIMAL = 3,   /* iteration cap reached, the last iterate is feasible and used */
+    SG_SUBOPTIMAL = 3,   /* iteration cap reached, a feasible plan short of the optimum is used */
     SG_BACKUP = 4,       /* iteration cap reached, it is not; the shifted plan is used */
     SG_INFEASIBLE = 5,   /* not even the shifted plan is feasible; it is held all the same */
     SG_NOT_FINITE = 6,   /* an input is NaN or infinite; the plan goes on without it */

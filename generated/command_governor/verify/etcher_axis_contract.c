@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from contract.c.jinja; not to be edited.
- * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
+ * Design db73e1a8671115da28984cf35db7dd65b73d330d546f213644560d85ebcdbb92.
  *
  * What callers of etcher_axis may rely on, for Frama-C Eva in place of etcher_axis.c: after any
  * call, any status and any outputs in their declared ranges; of the state, the members that callers may

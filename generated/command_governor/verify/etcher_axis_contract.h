@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design d27a95b2fd71b723. */
+/* Made by servogen 0.1.0 from controller.h.jinja; not to be edited. Design db73e1a8671115da. */
 /* Extended command governor (17) of one axis: dual active-set method, property (b) */
 #ifndef ETCHER_AXIS_H
 #define ETCHER_AXIS_H

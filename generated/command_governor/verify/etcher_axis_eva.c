@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Made by servogen 0.1.0 from eva.c.jinja; not to be edited.
- * Design d27a95b2fd71b72397606d3673f0c1ed0f063bf7ba6a2b1cfbf5985e66499a7f.
+ * Design db73e1a8671115da28984cf35db7dd65b73d330d546f213644560d85ebcdbb92.
  *
  * What Frama-C Eva is given of etcher_axis: every sequence of calls, from dirty memory on.
  * It claims of every call what the contract etcher_axis_contract.c promises to the callers.
