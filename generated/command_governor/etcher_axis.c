@@ -917,14 +917,15 @@ static sg_status etcher_axis_solve(etcher_axis_t *self, const sg_real *restrict 
             status = SG_INFEASIBLE;
         }
     }
-    etcher_axis_leave(self, entering, side, raised, excess);
-    self->refining = refining;
-    self->forced = forced;
-    self->stalled = (status == SG_BACKUP) ? stalled : 0;
-    /* rows that contradict are no beginning for another program */
+    /* rows that contradict are no beginning for another program, nor is a set that is full of them */
     const int32_t useless = (status == SG_INFEASIBLE) ? 1 : lost;
     if (useless > 0) {
         etcher_axis_forget(self);
+    } else {
+        etcher_axis_leave(self, entering, side, raised, excess);
+        self->refining = refining;
+        self->forced = forced;
+        self->stalled = (status == SG_BACKUP) ? stalled : 0;
     }
     return status;
 }
