@@ -104,7 +104,7 @@ def matrices(a: str, b: str = "[1, 0]") -> str:
         ("tracking_weight = 0.25", "tracking_weight = 0", "expected a finite number above 0"),
         (BETA, "contour_weight = -1 ", "contour_weight is -1, expected a finite number at least 0"),
         ("preview = 10 ", "preview = 0 ", "controller.contour.preview is 0, expected a whole"),
-        ("preview = 10 ", "preview = 1 ", "controller.contour.preview is 1, expected"),
+        ("preview = 10 ", "preview = 1 ", 'is 1, expected at least 2 with terminal = "stationary"'),
         (DRIVE, matrices("[[1, 0.1]]"), "machine.y.drive.a[0] is [1.0, 0.1], expected 1 numbers"),
         (DRIVE, matrices("[[1, 1], [0, 1.2]]", "[0, 1]"), "every mode but its position's decays"),
         (DRIVE, matrices("[[1, 1], [0, 0.5]]", "[0, 0]"), "drive.b is [0.0, 0.0]"),

@@ -70,7 +70,9 @@ def axis_tables(
     """
     least = 1 if terminal is Terminal.OUTPUT else 2
     if preview < least:
-        raise DesignError("preview", preview, f"at least {least}")
+        raise DesignError(
+            "preview", preview, f'at least {least} with terminal = "{terminal.value}"'
+        )
     count = slides(terminal, preview)
     free, driven = _responses(model, preview)
     ahead = np.hstack([np.eye(preview)[:count], -free[1 : count + 1, 0]])
